@@ -1,0 +1,23 @@
+"""Configuration: typed, validated, documented settings. Importing this does not start JAX."""
+
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.schema import settings_from, settings_to_dict
+from slcs2_jax.config.settings import Compute, Search, Settings
+from slcs2_jax.config.table import Row, settings_table
+
+__all__ = [
+    "Compute",
+    "InputError",
+    "Learning",
+    "Radio",
+    "Row",
+    "Rules",
+    "Search",
+    "Settings",
+    "Swarm",
+    "World",
+    "settings_from",
+    "settings_table",
+    "settings_to_dict",
+]

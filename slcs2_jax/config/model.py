@@ -1,0 +1,334 @@
+"""The model's settings: world, radio, agents, learning and rules (spec sections 2 to 6), with reasons and limits.
+
+Statuses are explained in `field.STATUS_MEANING`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from slcs2_jax.config.field import Section, refuse, setting, show
+
+CALIBRATED = "first values that bring results to the paper's magnitude"
+
+# What environment= and range= of the command line stand for; conf/environment and conf/range say the same.
+ENVIRONMENTS: dict[str, dict[str, Any]] = {
+    "open": {"buildings": False, "jammer": False},
+    "jammed": {"buildings": False, "jammer": True},
+    "urban": {"buildings": True, "jammer": False},
+    "urban_jammed": {"buildings": True, "jammer": True},
+}
+RANGES: dict[str, dict[str, Any]] = {
+    "short": {"distance": 600.0, "time_limit": 20_000},
+    "long": {"distance": 1000.0, "time_limit": 40_000},
+}
+
+
+@dataclass(frozen=True)
+class World(Section):
+    """Source, sink, buildings, jammer and start positions (spec section 2)."""
+
+    SECTION: ClassVar[str] = "world"
+
+    environment: str = setting(
+        "open",
+        "environment type",
+        name="environment",
+        status="paper",
+        options=tuple(ENVIRONMENTS),
+    )
+    range: str = setting(
+        "short", "distance class: short 600 m, long 1000 m", name="range", status="paper", options=tuple(RANGES)
+    )
+    buildings: bool = setting(False, "are there buildings; set by environment", status="paper")
+    jammer: bool = setting(False, "is there a jammer; set by environment", status="paper")
+    distance: float = setting(
+        600.0, "distance from source to sink; set by range", unit="m", status="paper", low=0, low_open=True, high=1e6
+    )
+    time_limit: int = setting(
+        20_000, "T, length of an episode; set by range", unit="steps", status="paper", low=1, high=10**7
+    )
+    strip_half_width: float = setting(
+        100.0,
+        "buildings and jammer lie this far to either side of the line from source to sink",
+        unit="m",
+        status="calibrated",
+        reason="with 50 m few agents get through, and the paper finds open and urban alike",
+        low=0,
+        high=1e6,
+    )
+    start_radius: float = setting(
+        50.0,
+        "agents start in a disc of this radius around the source",
+        unit="m",
+        reason="close enough to hear the source",
+        low=0,
+        low_open=True,
+        high=1e6,
+    )
+    building_spacing: float = setting(
+        10.0,
+        "the number of buildings is uniform on 1..distance/spacing",
+        unit="m",
+        status="paper",
+        low=0,
+        low_open=True,
+        high=1e6,
+    )
+    building_min: float = setting(
+        10.0, "smallest length and width of a building", unit="m", status="paper", low=0, low_open=True, high=1e4
+    )
+    building_max: float = setting(
+        30.0, "greatest length and width of a building", unit="m", status="paper", low=0, low_open=True, high=1e4
+    )
+    wall_probability: float = setting(
+        0.5, "chance of each of a building's six walls to be present", status="paper", low=0, high=1
+    )
+    wall_thickness: float = setting(1.0, "thickness of a wall", unit="m", status="paper", low=0, low_open=True, high=10)
+
+    @classmethod
+    def preset(cls, environment: str = "open", range: str = "short") -> World:
+        """The paper's world of a type and range, as the command line's environment= and range= make it."""
+        if environment not in ENVIRONMENTS:
+            raise refuse("environment", environment, "one of " + ", ".join(ENVIRONMENTS))
+        if range not in RANGES:
+            raise refuse("range", range, "one of " + ", ".join(RANGES))
+        return cls(environment=environment, range=range, **ENVIRONMENTS[environment], **RANGES[range])
+
+    def cross_check(self) -> None:
+        for name, value in ENVIRONMENTS[self.environment].items():
+            if getattr(self, name) != value:
+                raise refuse(f"world.{name}", getattr(self, name), f"{show(value)} with environment={self.environment}")
+        if self.building_min > self.building_max:
+            raise refuse(
+                "world.building_min", self.building_min, f"a number up to world.building_max={self.building_max:g}"
+            )
+        if self.buildings and self.distance < self.building_spacing:
+            raise refuse(
+                "world.building_spacing",
+                self.building_spacing,
+                f"a number up to world.distance={self.distance:g}, so that one building can exist",
+            )
+
+
+@dataclass(frozen=True)
+class Radio(Section):
+    """Propagation, reception and noise (spec section 3)."""
+
+    SECTION: ClassVar[str] = "radio"
+
+    power_dbm: float = setting(
+        20.0,
+        "P_t, full transmission power, the jammer's too",
+        unit="dBm",
+        reason="100 mW, the 2.4 GHz EIRP limit",
+        low=-200,
+        high=200,
+    )
+    half_power_db: float = setting(
+        -3.01, "half power relative to full power", unit="dB", reason="half in linear units", low=-100, high=0
+    )
+    reference_distance: float = setting(
+        1.0, "d0, reference distance of the path loss", unit="m", reason="usual choice", low=0, low_open=True, high=1e4
+    )
+    reference_loss_db: float = setting(
+        40.05,
+        "PL0, path loss at the reference distance",
+        unit="dB",
+        reason="Friis at 2.4 GHz and 1 m",
+        low=-200,
+        high=200,
+    )
+    path_loss_exponent: float = setting(
+        2.8,
+        "gamma, path-loss exponent",
+        status="calibrated",
+        reason="ns-3's default is 3.0, UAV measurements give 2.0-3.0; " + CALIBRATED,
+        low=0,
+        low_open=True,
+        high=10,
+    )
+    shadowing_db: float = setting(
+        4.0,
+        "sigma of the shadowing, drawn per link and step",
+        unit="dB",
+        reason="UAV measurements give 2.8-5.3 dB",
+        low=0,
+        high=20,
+    )
+    wall_loss_db: float = setting(
+        2.0,
+        "L_w, loss per crossed wall",
+        unit="dB",
+        status="calibrated",
+        reason="ns-3: internal wall 5, wood 4; " + CALIBRATED,
+        low=0,
+        high=200,
+    )
+    noise_dbm: float = setting(
+        -94.0, "thermal noise", unit="dBm", reason="-174 + 10 log10(20 MHz) + 7 dB noise figure", low=-200, high=200
+    )
+    receive_threshold_dbm: float = setting(
+        -82.0,
+        "P_rs, weakest signal that is received",
+        unit="dBm",
+        reason="802.11 clear channel assessment at 20 MHz",
+        low=-200,
+        high=200,
+    )
+    sinr_threshold_db: float = setting(
+        10.0, "least signal to interference and noise", unit="dB", reason="ns-2's capture threshold", low=-100, high=100
+    )
+
+    @property
+    def network_range(self) -> float:
+        """net (m): the distance at which the mean received power equals P_rs (spec section 3)."""
+        exponent = (self.power_dbm - self.reference_loss_db - self.receive_threshold_dbm) / (
+            10 * self.path_loss_exponent
+        )
+        return self.reference_distance * 10.0**exponent
+
+    def cross_check(self) -> None:
+        try:
+            usable = 0 < self.network_range < 1e7
+        except OverflowError:
+            usable = False
+        if not usable:
+            raise refuse(
+                "radio.path_loss_exponent",
+                self.path_loss_exponent,
+                "a value that gives a network range below 10000 km with the radio's powers",
+            )
+
+
+@dataclass(frozen=True)
+class Swarm(Section):
+    """The agents' bodies, senses and load (spec section 4)."""
+
+    SECTION: ClassVar[str] = "swarm"
+
+    agents: int = setting(12, "number of agents", status="calibrated", reason=CALIBRATED, low=2, high=64)
+    packets: int = setting(
+        300, "p, packets waiting at the source", status="calibrated", reason=CALIBRATED, low=1, high=10**6
+    )
+    speed: float = setting(
+        2.0,
+        "length of one step of motion",
+        unit="m/step",
+        status="calibrated",
+        reason=CALIBRATED,
+        low=0,
+        low_open=True,
+        high=1e3,
+    )
+    clearance: float = setting(
+        2.0,
+        "least distance kept from walls and other agents",
+        unit="m",
+        reason="about one step of motion",
+        low=0,
+        low_open=True,
+        high=1e3,
+    )
+    lidar_range: float = setting(
+        10.0,
+        "how far an obstacle is seen",
+        unit="m",
+        reason="a small lidar; a few steps ahead",
+        low=0,
+        low_open=True,
+        high=1e4,
+    )
+    sharing_period: int = setting(
+        10,
+        "steps between exchanges of knowledge with neighbours",
+        unit="steps",
+        reason="hardly matters",
+        low=1,
+        high=10**7,
+    )
+    distance_threshold: float = setting(
+        50.0,
+        "d_th, the fixed distance that rules compare with",
+        unit="m",
+        reason="hardly matters",
+        low=0,
+        low_open=True,
+        high=1e6,
+    )
+    tolerance: float = setting(
+        0.02,
+        "equality tolerance relative to the right operand; at least one step of motion",
+        reason="= on real numbers never holds without one",
+        low=0,
+        high=1,
+    )
+    sink_error: float = setting(
+        0.0,
+        "sigma of the error of the sink's known position, per axis",
+        unit="m",
+        reason="none unless studied",
+        low=0,
+        high=1e6,
+    )
+
+
+@dataclass(frozen=True)
+class Learning(Section):
+    """Choice of a rule and learning of its quality and strength (spec section 6)."""
+
+    SECTION: ClassVar[str] = "learning"
+
+    alpha_grasp: float = setting(
+        0.2, "width of the restricted candidate list; 0 is greedy, 1 random", reason="mostly greedy", low=0, high=1
+    )
+    alpha_q: float = setting(0.15, "learning rate of quality and error", reason="after XCS", low=0, high=1)
+    alpha_q_final: float | None = setting(
+        None,
+        "learning rate at the time limit, reached linearly; null keeps alpha_q",
+        reason="a constant rate unless studied",
+        low=0,
+        high=1,
+    )
+    beta_q: float = setting(
+        0.71, "discount of the next step's best quality", reason="after XCS", low=0, high=1, high_open=True
+    )
+    trace_decay: float = setting(
+        0.8,
+        "lambda, decay of strength credit per step back",
+        reason="lambda^bp_max is about 0.01, as the paper asks",
+        low=0,
+        high=1,
+    )
+    bp_max: int = setting(
+        20,
+        "how many steps back strength is credited",
+        unit="steps",
+        reason="lambda^bp_max is about 0.01, as the paper asks",
+        low=0,
+        high=24,
+    )
+    cost_move: float = setting(0.10, "C_a of a move", reason="small beside one step's progress", low=0, high=1e6)
+    cost_communicate: float = setting(
+        0.05, "C_a of a send or collect", reason="small beside one step's progress", low=0, high=1e6
+    )
+
+
+@dataclass(frozen=True)
+class Rules(Section):
+    """Rule-sets and the grammar that makes them (spec section 5)."""
+
+    SECTION: ClassVar[str] = "rules"
+
+    grammar: str = setting(
+        "main", "main, channel, power, both, or the path of a BNF file", name="grammar", status="paper"
+    )
+    rules: int = setting(100, "rules per agent", status="paper", low=1, high=1000)
+    codons: int = setting(40, "codons (0-255) per rule", reason="enough for the longest conditions", low=1, high=1024)
+    max_clauses: int = setting(
+        8, "most clauses in a condition", reason="longer conditions hardly ever hold", low=1, high=64
+    )
+    single_option_consumes: bool = setting(
+        False, "does a production with one option consume a codon", reason="the literature holds both conventions"
+    )

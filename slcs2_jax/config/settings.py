@@ -1,0 +1,146 @@
+"""All settings of one run: typed, frozen, checked when made, each with its unit, limits, status and reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.field import Section, refuse, setting
+from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
+
+# Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
+# at about 0.55; below 0.4 it always ends quickly.
+START_DISC_SHARE = 0.4
+
+
+@dataclass(frozen=True)
+class Search(Section):
+    """Evaluation and search for solutions (spec sections 7 and 8)."""
+
+    SECTION: ClassVar[str] = "search"
+
+    generations: int = setting(
+        500, "generations, one new solution each", name="generations", status="paper", low=1, high=10**7
+    )
+    acceptance: str = setting(
+        "domination",
+        "which solutions are kept: the collection of the paper, or ailta (ablation)",
+        name="acceptance",
+        status="paper",
+        options=("domination", "ailta"),
+    )
+    exchange: bool = setting(
+        True, "do offspring take rules from a donor; off is an ablation", name="exchange", status="paper"
+    )
+    min_deployments: int = setting(1, "least deployments of a new solution", status="paper", low=1, high=1000)
+    max_redeployments: int = setting(
+        5,
+        "kappa, most further deployments while the mean fitness is above 0",
+        reason="a mean of six at most",
+        low=0,
+        high=1000,
+    )
+    omega0: float = setting(
+        2.0,
+        "weight of novelty; omega = omega0 / size of the collection",
+        reason="the paper gives the inverse relation",
+        low=0,
+        high=1e6,
+    )
+    varrho: float = setting(
+        100.0,
+        "explorations that cost a parent the whole share of kept rules",
+        reason="one unit of the share",
+        low=0,
+        low_open=True,
+        high=1e9,
+    )
+    ailta_rejections: int = setting(
+        5,
+        "ailta: rejections in a row before a worse solution may be accepted",
+        reason="ablation only",
+        low=0,
+        high=10**7,
+    )
+    ailta_threshold: float = setting(
+        0.04, "ailta: first threshold, and its growth", unit="fitness", reason="2 % of the fitness range", low=0, high=2
+    )
+    ailta_threshold_max: float = setting(
+        0.4, "ailta: greatest threshold", unit="fitness", reason="20 % of the fitness range", low=0, high=2
+    )
+    ailta_patience: int = setting(
+        25,
+        "ailta: generations without a new best before the threshold grows",
+        reason="ablation only",
+        low=1,
+        high=10**7,
+    )
+    fresh_deployments: int = setting(
+        30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
+    )
+
+
+@dataclass(frozen=True)
+class Compute(Section):
+    """How the machine is used; results do not depend on it beyond floating point."""
+
+    SECTION: ClassVar[str] = "compute"
+
+    devices: int | None = setting(
+        None, "devices to spread the batch over; null takes all (CPU: one per core)", status="run", low=1, high=1024
+    )
+    slots: int | None = setting(None, "episodes advanced together; null chooses", status="run", low=1, high=10**6)
+    chunk: int = setting(
+        250,
+        "steps between refills of finished slots; rounded to whole sharing periods",
+        unit="steps",
+        status="run",
+        low=1,
+        high=10**6,
+    )
+    cache: bool = setting(True, "keep compiled programs on disk for the next run", status="run")
+
+
+@dataclass(frozen=True)
+class Settings(Section):
+    """One run: its world, its agents, its search, and the seeds it is made with."""
+
+    world: World = field(default_factory=World)
+    radio: Radio = field(default_factory=Radio)
+    swarm: Swarm = field(default_factory=Swarm)
+    learning: Learning = field(default_factory=Learning)
+    rules: Rules = field(default_factory=Rules)
+    search: Search = field(default_factory=Search)
+    compute: Compute = field(default_factory=Compute)
+    seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
+    instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
+    run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
+
+    def cross_check(self) -> None:
+        for name, kind in SECTIONS.items():
+            if not isinstance(getattr(self, name), kind):
+                raise refuse(name, getattr(self, name), f"a {kind.__name__}")
+        world, net = self.world, self.radio.network_range
+        if world.jammer and net >= world.distance / 2:
+            raise InputError(
+                f"world.distance={world.distance:g}: no place for the jammer: accepted is more than twice "
+                f"the network range of {net:.4g} m"
+            )
+        room = START_DISC_SHARE * (1 + 2 * world.start_radius / self.swarm.clearance) ** 2
+        if self.swarm.agents > room:
+            raise InputError(
+                f"swarm.agents={self.swarm.agents}: no place for the agents: accepted is at most {int(room)} with "
+                f"world.start_radius={world.start_radius:g} and swarm.clearance={self.swarm.clearance:g}"
+            )
+
+
+SECTIONS: dict[str, type[Section]] = {
+    "world": World,
+    "radio": Radio,
+    "swarm": Swarm,
+    "learning": Learning,
+    "rules": Rules,
+    "search": Search,
+    "compute": Compute,
+}

@@ -1,0 +1,118 @@
+"""conf/ through Hydra: what it composes, its sweeps, and its errors in one line."""
+
+import pytest
+from omegaconf import OmegaConf
+
+from slcs2_jax.config import InputError, Settings, World, settings_from
+from slcs2_jax.config.compose import conf_dir, run_hydra
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    yield
+    assert list(tmp_path.iterdir()) == [], "Hydra left something behind"
+
+
+def compose(*arguments, name="evolve"):
+    calls = []
+
+    def together(jobs):
+        calls.append(jobs)
+        return [0.0] * len(jobs)
+
+    run_hydra(name, arguments, together)
+    return calls
+
+
+def one(*arguments) -> Settings:
+    [[job]] = compose(*arguments)
+    return settings_from(job.config)
+
+
+def test_the_files_say_what_the_dataclasses_say():
+    assert one() == Settings()
+
+
+@pytest.mark.parametrize("environment", ["open", "jammed", "urban", "urban_jammed"])
+@pytest.mark.parametrize("range_", ["short", "long"])
+def test_presets_are_the_groups(environment, range_):
+    assert one(f"environment={environment}", f"range={range_}").world == World.preset(environment, range_)
+
+
+def test_every_value_has_a_comment():
+    for file in conf_dir().rglob("*.yaml"):
+        lines = file.read_text().split("\nhydra:")[0].splitlines()
+        for before, line in zip(["", *lines], lines, strict=False):
+            if line and line[0] not in "#- " and line != "defaults:":
+                assert before.startswith("#"), f"{file.name}: {line}"
+
+
+def test_overrides():
+    settings = one("generations=3", "acceptance=ailta", "exchange=off", "radio.noise_dbm=-90", "grammar=both", "seed=5")
+    assert (settings.search.generations, settings.search.acceptance, settings.search.exchange) == (3, "ailta", False)
+    assert (settings.radio.noise_dbm, settings.rules.grammar, settings.seed) == (-90.0, "both", 5)
+
+
+def test_a_grammar_by_path():
+    assert one("grammar=my/own.bnf").rules.grammar == "my/own.bnf"
+    [jobs] = compose("-m", "grammar=main,my/own.bnf")
+    assert [settings_from(job.config).rules.grammar for job in jobs] == ["main", "my/own.bnf"]
+    assert [job.label for job in jobs] == ["main", "own"]
+
+
+def test_a_sweep_comes_in_one_call_with_its_labels():
+    [jobs] = compose("-m", "environment=open,urban", "range=short,long", "instances=2")
+    assert [job.label for job in jobs] == ["open_short", "open_long", "urban_short", "urban_long"]
+    worlds = [settings_from(job.config).world for job in jobs]
+    assert worlds[3] == World.preset("urban", "long")
+    assert {settings_from(job.config).instances for job in jobs} == {2}
+
+
+def test_labels_of_numbers_and_an_empty_sweep():
+    [jobs] = compose("-m", "seed=range(0,2)", "learning.alpha_q=0.1,0.2")
+    assert [job.label for job in jobs] == ["s0_alpha_q-0.1", "s0_alpha_q-0.2", "s1_alpha_q-0.1", "s1_alpha_q-0.2"]
+    [[job]] = compose("-m", "seed=4")
+    assert job.label == "all"
+
+
+def test_another_launcher_gets_one_job_at_a_time():
+    calls = compose("-m", "seed=1,2", "hydra/launcher=basic")
+    assert [[job.label for job in jobs] for jobs in calls] == [["s1"], ["s2"]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["environment=forest"], "environment=forest: accepted is one of jammed, open, urban, urban_jammed"),
+        (["radio=loud"], "radio=loud: accepted is one of default"),
+        (["radio.nois_dbm=3"], "radio.nois_dbm: no such setting; did you mean radio.noise_dbm"),
+        (["frobnicate=3"], "frobnicate: no such setting"),
+        (["seed"], "seed: accepted is an override of the form setting=value"),
+        (["seed=[1"], "accepted is an override of the form setting=value"),
+        (["seed=1,2"], "seed=1,2: accepted is one value; add -m"),
+        (["seed=${nowhere}"], "seed: Interpolation key 'nowhere' not found"),
+        (["hydra/launcher=rocket"], "hydra/launcher=rocket: accepted is one of basic, batched"),
+        (["-m", "environment=open,forest"], "environment=forest: accepted is one of jammed, open, urban, urban_jammed"),
+        (["--config-dir", "nowhere"], "nowhere' not found"),
+        (["+radio.power_dbm=3"], "already at 'radio.power_dbm'"),
+    ],
+)
+def test_refused_in_one_line(arguments, part, capfd):
+    with pytest.raises(InputError) as caught:
+        compose(*arguments)
+    assert part in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_mandatory_value_is_asked_for():
+    with pytest.raises(InputError, match="solution: has no default"):
+        compose(name="evaluate")
+
+
+def test_a_users_own_group(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("groups")
+    (folder / "radio").mkdir()
+    OmegaConf.save({"noise_dbm": -80.0}, folder / "radio" / "mine.yaml")
+    assert one("--config-dir", str(folder), "radio=mine").radio.noise_dbm == -80.0
