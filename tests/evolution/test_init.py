@@ -1,0 +1,9 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+
+def test_importing_evolution_does_not_start_jax():
+    code = "import sys, slcs2_jax.evolution; sys.exit('jax' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
