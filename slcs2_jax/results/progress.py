@@ -1,0 +1,130 @@
+"""What a person sees while runs go on: a live bar on a terminal, plain lines where there is none."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Protocol, TextIO
+
+
+class Report(Protocol):
+    """What the driver calls while it works; `Progress` shows it, and anything with these two methods will do."""
+
+    def generation(self, *, done: Sequence[int], best: Sequence[float], evaluations: int, env_steps: int) -> None:
+        """After every generation of any instance, one entry per instance of all runs, in a fixed order.
+
+        done: generations finished by each; best: best fitness of each so far (NaN before the first);
+        evaluations, env_steps: episodes and their time-steps, in all, since the start.
+        """
+        ...
+
+    def note(self, text: str) -> None:
+        """Something worth a line: what is being compiled, what is measured afterwards."""
+        ...
+
+
+class Progress:
+    """Shows a `Report` on stderr: use as a context manager.
+
+    Args:
+        total: generations of one instance.
+        stream: where to (stderr); a bar if it is a terminal, else lines.
+        label: what is counted.
+        clock: seconds; for tests.
+    """
+
+    def __init__(
+        self,
+        total: int,
+        *,
+        stream: TextIO | None = None,
+        label: str = "generation",
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._total, self._label, self._clock = total, label, clock
+        self._stream = sys.stderr if stream is None else stream
+        self._start = clock()
+        self._first: tuple[float, float] | None = None  # time and share done at the first call: leaves compiling out
+        self._shown = 0
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __enter__(self) -> Progress:
+        if self._stream.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+            from rich.progress import Progress as Bar
+
+            columns = (TextColumn("{task.description}"), BarColumn(bar_width=24), TimeElapsedColumn())
+            self._bar = Bar(*columns, console=Console(file=self._stream), transient=False)
+            self._task = self._bar.add_task(f"{self._label} 0/{self._total}  starting", total=1.0)
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def note(self, text: str) -> None:
+        """One line."""
+        if self._bar is not None:
+            self._bar.console.print(text, highlight=False, markup=False)
+        else:
+            print(text, file=self._stream, flush=True)
+
+    def generation(self, *, done: Sequence[int], best: Sequence[float], evaluations: int, env_steps: int) -> None:
+        """See `Report.generation`. A line is written when the slowest instance has finished another generation."""
+        now = self._clock()
+        share = sum(done) / (len(done) * self._total)
+        if self._first is None:
+            self._first = (now, share)
+        seconds = max(now - self._start, 1e-9)
+        finished = min(done)
+        text = (
+            f"{self._label} {finished}/{self._total}  best {_figures(best)}  "
+            f"{evaluations / seconds:.1f} evaluations/s  {env_steps / seconds:,.0f} env-steps/s  "
+            f"{self._left(now, share)} left"
+        )
+        if self._bar is not None:
+            self._bar.update(self._task, completed=share, description=text)
+        elif finished > self._shown:
+            self._shown = finished
+            print(text, file=self._stream, flush=True)
+
+    def _left(self, now: float, share: float) -> str:
+        assert self._first is not None
+        then, share_then = self._first
+        if share >= 1:
+            return duration(0)
+        if share <= share_then or now <= then:  # nothing but the first call to go by
+            return duration((now - self._start) / share * (1 - share)) if share > 0 else "?"
+        return duration((now - then) / (share - share_then) * (1 - share))
+
+
+class Quiet:
+    """A `Report` that shows nothing."""
+
+    def generation(self, *, done: Sequence[int], best: Sequence[float], evaluations: int, env_steps: int) -> None:
+        """Nothing."""
+
+    def note(self, text: str) -> None:
+        """Nothing."""
+
+
+def duration(seconds: float) -> str:
+    """1:02:03 or 2:03."""
+    whole = math.ceil(seconds)
+    hours, minutes, rest = whole // 3600, whole // 60 % 60, whole % 60
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def _figures(best: Sequence[float]) -> str:
+    known = [value for value in best if not math.isnan(value)]
+    if not known:
+        return "none yet"
+    return f"mean {sum(known) / len(known):.3f} max {max(known):.3f}"
