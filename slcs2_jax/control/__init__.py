@@ -1,0 +1,1 @@
+"""Controllers: what an agent does with what it sees. No physics."""

@@ -1,0 +1,134 @@
+"""An episode on the device: agents in their world, step after step, for any number of instances at once.
+
+Pure functions of arrays whose last axis is the batch. ``rollout`` drives them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from slcs2_jax.config.settings import Settings
+from slcs2_jax.control import classifier, strength
+from slcs2_jax.control.classifier import Memory, Rules
+from slcs2_jax.control.learning import LearningParameters
+from slcs2_jax.swarm import knowledge, links
+from slcs2_jax.swarm import step as world
+from slcs2_jax.swarm.state import State, initial_state, running
+from slcs2_jax.swarm.step import Outcome, Physics
+from slcs2_jax.world.arena import Arena
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Parameters:
+    """Everything that the settings say of an episode; leaves are scalars, the sharing period gives shapes."""
+
+    physics: Physics
+    learning: LearningParameters
+    sharing_period: int = dataclasses.field(metadata={"static": True})
+
+    @classmethod
+    def of(cls, settings: Settings) -> Parameters:
+        """Take the values from the settings."""
+        return cls(Physics.of(settings), LearningParameters.of(settings.learning), settings.swarm.sharing_period)
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Episode:
+    """An episode under way: what is given, and what has become of it."""
+
+    arena: Arena
+    rules: Rules
+    state: State
+    memory: Memory
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Result:
+    """An episode's figures (spec section 7), strength already divided by usage.
+
+    Attributes:
+        steps, delivered: int32 [...], T_s and p_s.
+        contribution: int32 [n, ...].
+        quality, strength, error: float32 [R, n, ...].
+        usage: int32 [R, n, ...].
+    """
+
+    steps: jax.Array
+    delivered: jax.Array
+    contribution: jax.Array
+    quality: jax.Array
+    strength: jax.Array
+    error: jax.Array
+    usage: jax.Array
+
+
+def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) -> Episode:
+    """Deploy the swarm: key uint32 [2, ...]."""
+    physics = parameters.physics
+    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
+    state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))
+    return Episode(arena, rules, state, classifier.initial_memory(rules, parameters.learning))
+
+
+def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Outcome]:
+    """One time-step of one episode or of a batch."""
+    physics = parameters.physics
+    state, drawn, seen = world.observe(episode.state, episode.arena, physics)
+    memory, action = classifier.decide(
+        episode.memory, episode.rules, seen.truth, state.key, state.t, _last_share(episode), parameters.learning
+    )
+    state, outcome = world.act(state, action, seen, drawn, episode.arena, physics)
+    memory = dataclasses.replace(memory, reward=outcome.reward)
+    return dataclasses.replace(episode, state=state, memory=memory), outcome
+
+
+def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
+    """Some sharing periods of steps; episodes that are over stand still."""
+    length = strength.round_length(parameters.sharing_period, parameters.learning.bp_max)
+
+    def one_step(episode: Episode, _: None) -> tuple[Episode, jax.Array]:
+        episode, outcome = step(episode, parameters)
+        return episode, strength.gain(outcome.reward, outcome.acts)
+
+    def one_round(episode: Episode, _: None) -> tuple[Episode, None]:
+        episode, gains = jax.lax.scan(one_step, episode, length=length)
+        return dataclasses.replace(episode, memory=classifier.settle(episode.memory, gains, parameters.learning)), None
+
+    def one_period(episode: Episode, _: None) -> tuple[Episode, None]:
+        episode, _ = jax.lax.scan(one_round, episode, length=parameters.sharing_period // length)
+        return dataclasses.replace(episode, state=knowledge.share(episode.state)), None
+
+    return jax.lax.scan(one_period, episode, length=periods)[0]
+
+
+def result(episode: Episode, parameters: Parameters) -> Result:
+    """The figures of an episode, meaningful once it is over."""
+    memory = classifier.finish(episode.memory, _last_share(episode), parameters.learning)
+    state = episode.state
+    return Result(
+        steps=state.t,
+        delivered=state.delivered,
+        contribution=state.contribution,
+        quality=memory.quality,
+        strength=memory.strength,
+        error=memory.error,
+        usage=memory.usage,
+    )
+
+
+def over(episode: Episode, parameters: Parameters) -> jax.Array:
+    """Whether each episode has ended: bool [...]."""
+    return ~running(episode.state, episode.arena, parameters.physics.swarm)
+
+
+def _last_share(episode: Episode) -> jax.Array:
+    """Share of the time limit at which the last step was taken: float32 [...]."""
+    last = (episode.state.t - np.int32(1)).astype(jnp.float32)
+    return jnp.maximum(last, np.float32(0)) / jnp.maximum(episode.arena.time_limit, np.int32(1)).astype(jnp.float32)

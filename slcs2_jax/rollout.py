@@ -1,0 +1,229 @@
+"""Episodes in bulk: slots on one or many devices, refilled as their episodes end. The only place that batches."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Hashable, Sequence
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.sharding import Mesh, NamedSharding
+from jax.sharding import PartitionSpec as P
+from numpy.typing import NDArray
+
+from slcs2_jax import episode as episodes
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.control.classifier import Rules
+from slcs2_jax.episode import Episode, Parameters, Result
+from slcs2_jax.world.arena import Arena, stack
+from slcs2_jax.world.scenario import Scenario
+
+AXIS = "slots"
+LANES = 16  # slots per device come in multiples of this: what vector units take at a time
+
+
+@dataclasses.dataclass(frozen=True)
+class Shape:
+    """Static sizes of a batch: agents, rules, words per condition, channels, rows for walls."""
+
+    agents: int
+    rules: int
+    words: int
+    channels: int
+    walls: tuple[int, int]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Job:
+    """One deployment to compute.
+
+    Attributes:
+        name: what the caller knows it by.
+        scenario: the world.
+        channels: indices of the channels that the grammar uses.
+        mask: uint32 [n, R, 4] and action uint8 [n, R], the solution's rules.
+        key: the episode's key, two 32-bit words.
+    """
+
+    name: Hashable
+    scenario: Scenario
+    channels: tuple[int, ...]
+    mask: NDArray[np.uint32]
+    action: NDArray[np.uint8]
+    key: tuple[np.uint32, np.uint32]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Done:
+    """What the deployment in a slot measured: counts, and per rule [n, R] quality, strength, error and usage."""
+
+    slot: int
+    job: Job
+    steps: int
+    delivered: int
+    contribution: NDArray[np.int32]
+    quality: NDArray[np.float32]
+    strength: NDArray[np.float32]
+    error: NDArray[np.float32]
+    usage: NDArray[np.int32]
+
+
+class Rollout:
+    """A fixed number of slots that hold episodes of jobs; jobs are placed in vacant slots between chunks of steps."""
+
+    def __init__(
+        self, parameters: Parameters, shape: Shape, *, slots: int, devices: Sequence[jax.Device], chunk: int
+    ) -> None:
+        """Set up vacant slots.
+
+        Args:
+            parameters: of every episode.
+            shape: static sizes.
+            slots: how many, rounded up to whole ``LANES`` per device.
+            devices: spread over these.
+            chunk: steps between refills, rounded to whole sharing periods.
+        """
+        whole = LANES * len(devices)
+        self.slots = -(-slots // whole) * whole
+        self.periods = max(1, round(chunk / parameters.sharing_period))
+        self.slot_steps = 0  # all steps computed, of vacant slots and finished episodes too
+        self._shape = shape
+        self._jobs: list[Job | None] = [None] * self.slots
+        self._entering = np.zeros(self.slots, bool)
+        self._arena, self._rules, self._keys = _vacant(shape, self.slots)
+        mesh = Mesh(np.array(devices), (AXIS,))
+        self._shard = partial(_place, mesh)
+        self._parameters = jax.device_put(parameters, NamedSharding(mesh, P()))
+        self._begin, self._refill, self._advance, self._result = _programs(mesh, self.periods)
+        self._episode = self._begin(*self._given(), self._parameters)
+
+    @property
+    def steps_per_chunk(self) -> int:
+        """Time-steps that ``advance`` makes."""
+        return self.periods * self._parameters.sharing_period
+
+    def vacant(self) -> list[int]:
+        """Slots without a job."""
+        return [slot for slot, job in enumerate(self._jobs) if job is None]
+
+    def place(self, slot: int, job: Job) -> None:
+        """Give a vacant slot a job; it starts with the next ``advance``."""
+        n, r = self._shape.agents, self._shape.rules
+        if job.action.shape != (n, r) or job.mask.shape[:2] != (n, r):
+            raise InputError(f"solution: {job.action.shape} agents and rules; accepted is ({n}, {r})")
+        one = stack([job.scenario], [job.channels], capacity=self._shape.walls, width=self._shape.channels)
+        jax.tree.map(partial(_write, slot), self._arena, one)
+        self._rules.mask[..., slot] = job.mask.transpose(2, 1, 0)[: self._shape.words]
+        self._rules.action[..., slot] = job.action.T
+        self._keys[:, slot] = job.key
+        self._jobs[slot] = job
+        self._entering[slot] = True
+
+    def cancel(self, slot: int) -> None:
+        """Forget the job of a slot; what it computed is lost."""
+        self._jobs[slot] = None
+        self._entering[slot] = False
+
+    def advance(self) -> list[Done]:
+        """Compute one chunk of steps for every slot; returns what has finished and vacates its slots."""
+        if self._entering.any():
+            entering = self._shard(self._entering.copy())
+            self._episode = self._refill(self._episode, *self._given(), entering, self._parameters)
+            self._entering[:] = False
+        self._episode, over = self._advance(self._episode, self._parameters)
+        self.slot_steps += self.slots * self.steps_per_chunk
+        ended = [slot for slot in np.flatnonzero(np.asarray(over)) if self._jobs[slot] is not None]
+        if not ended:
+            return []
+        result = jax.device_get(self._result(self._episode, self._parameters))
+        return [self._take(int(slot), result) for slot in ended]
+
+    def _take(self, slot: int, result: Result) -> Done:
+        job = self._jobs[slot]
+        assert job is not None
+        self._jobs[slot] = None
+        return Done(
+            slot=slot,
+            job=job,
+            steps=int(result.steps[slot]),
+            delivered=int(result.delivered[slot]),
+            contribution=result.contribution[:, slot].copy(),
+            quality=result.quality[..., slot].T.copy(),
+            strength=result.strength[..., slot].T.copy(),
+            error=result.error[..., slot].T.copy(),
+            usage=result.usage[..., slot].T.copy(),
+        )
+
+    def _given(self) -> tuple[Arena, Rules, jax.Array]:
+        """What the host holds for the slots, on the devices. Copied: the host writes into its arrays again."""
+        return self._shard(jax.tree.map(np.copy, (self._arena, self._rules, self._keys)))
+
+
+def _vacant(shape: Shape, slots: int) -> tuple[Any, Any, NDArray[np.uint32]]:
+    """Host arrays for the slots; a vacant slot has no time at all, so that its episode is over."""
+    nowhere = Scenario(
+        environment="vacant",
+        seed=0,
+        sink=np.zeros(2, np.float32),
+        sink_estimate=np.zeros(2, np.float32),
+        jammer=None,
+        vertical=np.zeros((0, 3), np.float32),
+        horizontal=np.zeros((0, 3), np.float32),
+        wall_thickness=0.0,
+        start=np.zeros((shape.agents, 2), np.float32),
+        time_limit=0,
+    )
+    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels)
+    rules = Rules(
+        mask=np.zeros((shape.words, shape.rules, shape.agents, slots), np.uint32),  # type: ignore[arg-type]
+        action=np.zeros((shape.rules, shape.agents, slots), np.uint8),  # type: ignore[arg-type]
+    )
+    return arena, rules, np.zeros((2, slots), np.uint32)
+
+
+def _write(slot: int, table: NDArray[Any], one: NDArray[Any]) -> None:
+    table[..., slot] = one[..., 0]
+
+
+def _specs(tree: Any) -> Any:
+    """Every array is split along its last axis."""
+    return jax.tree.map(lambda leaf: P(*(None,) * (leaf.ndim - 1), AXIS), tree)
+
+
+def _place(mesh: Mesh, tree: Any) -> Any:
+    return jax.device_put(tree, jax.tree.map(lambda spec: NamedSharding(mesh, spec), _specs(tree)))
+
+
+def _programs(mesh: Mesh, periods: int) -> tuple[Any, Any, Any, Any]:
+    """The four compiled programs of a rollout: begin, refill, advance, result; each device works on its own slots."""
+
+    def spread(function: Any, parameters_at: int, **options: Any) -> Any:
+        def split(*arguments: Any) -> Any:
+            batch = arguments[:parameters_at]
+            local = jax.tree.map(lambda leaf: leaf, (*map(_specs, batch), P()))
+            shapes = jax.eval_shape(function, *arguments)
+            return jax.shard_map(function, mesh=mesh, in_specs=local, out_specs=_specs(shapes), check_vma=False)(
+                *arguments
+            )
+
+        return jax.jit(split, **options)
+
+    def refill(
+        episode: Episode, arena: Arena, rules: Rules, key: jax.Array, entering: jax.Array, parameters: Parameters
+    ) -> Episode:
+        fresh = episodes.begin(arena, rules, key, parameters)
+        return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
+
+    def advance(episode: Episode, parameters: Parameters) -> tuple[Episode, jax.Array]:
+        episode = episodes.advance(episode, parameters, periods)
+        return episode, episodes.over(episode, parameters)
+
+    return (
+        spread(episodes.begin, 3),
+        spread(refill, 5, donate_argnums=0),
+        spread(advance, 1, donate_argnums=0),
+        spread(episodes.result, 1),
+    )

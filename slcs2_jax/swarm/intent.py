@@ -1,0 +1,101 @@
+"""What an action means for the agent that takes it: kind, target node or place, channel and power (spec section 4)."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from slcs2_jax.grammar import vocabulary
+from slcs2_jax.swarm import roles
+from slcs2_jax.swarm.observation import Observation
+from slcs2_jax.swarm.selection import least, take
+from slcs2_jax.swarm.state import State, SwarmParameters, lift
+from slcs2_jax.world import geometry
+from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.geometry import Nearest
+from slcs2_jax.world.radio import RadioParameters
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Intent:
+    """Decoded actions, all [n, ...].
+
+    Attributes:
+        acts, moves, collects, sends: bool, whether the agent does anything, and of what kind.
+        direction: int32, a direction of the vocabulary, for moves.
+        place_x, place_y: float32, m, the target of a move.
+        place_known: bool, whether that target is defined.
+        node: int32, the node to send to; n + 2 if undefined.
+        channel: int32, index of the channel to communicate on.
+        level: float32, power as a ratio of full power.
+    """
+
+    acts: jax.Array
+    moves: jax.Array
+    collects: jax.Array
+    sends: jax.Array
+    direction: jax.Array
+    place_x: jax.Array
+    place_y: jax.Array
+    place_known: jax.Array
+    node: jax.Array
+    channel: jax.Array
+    level: jax.Array
+
+
+def interpret(
+    action: jax.Array,
+    observation: Observation,
+    state: State,
+    arena: Arena,
+    radio: RadioParameters,
+    parameters: SwarmParameters,
+) -> Intent:
+    """Resolve actions (int32 [n, ...], numbers of the vocabulary) against what the agents know and hear."""
+    moves = action < vocabulary.FIRST_COLLECT
+    collects = (action >= vocabulary.FIRST_COLLECT) & (action < vocabulary.FIRST_SEND)
+    sends = (action >= vocabulary.FIRST_SEND) & (action < vocabulary.N_ACTIONS)
+    sending = action - vocabulary.FIRST_SEND
+    collecting = action - vocabulary.FIRST_COLLECT
+    per_target = len(vocabulary.CHANNELS) * len(vocabulary.POWERS)
+    target = jnp.where(moves, action % len(vocabulary.MOVE_TARGETS), sending // per_target)
+    setting = jnp.where(sends, sending % per_target, collecting)
+    members = jnp.where(sends, observation.heard, observation.everybody.known)
+    node = roles.resolve(target, members, observation.everybody)
+    place_x, place_y = take(observation.everybody.x, node), take(observation.everybody.y, node)
+    obstacle = nearest_obstacle(state, arena, parameters)
+    to_obstacle = target == vocabulary.OBSTACLE
+    to_jammer = target == vocabulary.JAMMER
+    known = jnp.where(
+        to_obstacle,
+        obstacle.squared <= parameters.lidar_range * parameters.lidar_range,
+        jnp.where(to_jammer, state.jammer_range > 0, node < members.shape[0]),
+    )
+    full = setting % len(vocabulary.POWERS) == vocabulary.FULL
+    return Intent(
+        acts=action < vocabulary.N_ACTIONS,
+        moves=moves,
+        collects=collects,
+        sends=sends,
+        direction=action // len(vocabulary.MOVE_TARGETS),
+        place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, arena.jammer_x, place_x)),
+        place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, arena.jammer_y, place_y)),
+        place_known=known,
+        node=node,
+        channel=setting // len(vocabulary.POWERS),
+        level=jnp.where(full, jnp.float32(1), radio.half_power),
+    )
+
+
+def nearest_obstacle(state: State, arena: Arena, parameters: SwarmParameters) -> Nearest:
+    """Nearest point that the lidar may see: of a wall's surface, or another agent (spec 4, ``o``); walls first on ties."""
+    n = state.x.shape[0]
+    others = lift(~np.eye(n, dtype=bool), state.t)
+    x, y = (jnp.broadcast_to(a[:, None], others.shape[:2] + a.shape[1:]) for a in (state.x, state.y))
+    index, squared = least(others, (x - state.x) ** 2 + (y - state.y) ** 2)
+    best = geometry.nearest_wall(state.x, state.y, parameters.half_thickness, arena.walls)
+    return best.or_nearer(squared, take(x, index), take(y, index))

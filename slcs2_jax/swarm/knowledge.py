@@ -1,0 +1,63 @@
+"""Knowledge K: last known positions, own and shared (spec section 4)."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from slcs2_jax.swarm.links import Links
+from slcs2_jax.swarm.state import UNKNOWN, State, lift
+from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.radio import RadioParameters
+
+
+def update(state: State, links: Links, arena: Arena, radio: RadioParameters) -> State:
+    """Enter who is heard now, with place and time, and the jammer where its noise reaches P_rs."""
+    n = state.x.shape[0]
+    heard = links.heard[:n]
+    noise = jnp.max(links.jamming[:, :n], axis=0)
+    distance = jnp.sqrt((arena.jammer_x - state.x) ** 2 + (arena.jammer_y - state.y) ** 2)
+    return dataclasses.replace(
+        state,
+        heard=links.heard,
+        known_time=jnp.where(heard, state.t, state.known_time),
+        known_x=jnp.where(heard, state.x[:, None], state.known_x),
+        known_y=jnp.where(heard, state.y[:, None], state.known_y),
+        jammer_range=jnp.where(
+            noise >= radio.sensitivity, jnp.maximum(state.jammer_range, distance), state.jammer_range
+        ),
+    )
+
+
+def share(state: State) -> State:
+    """Every agent merges what those whom it heard in the last step know; the newest time wins.
+
+    What two agents know of a third at the same time is the same, so ties need no rule.
+    """
+    n = state.x.shape[0]
+    heard = state.heard[:n]
+    strangers = lift(~np.eye(n, dtype=bool), state.t)
+
+    def merge(teacher: jax.Array, known: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
+        told = (heard[teacher], state.known_time[:, teacher, None], state.known_x[:, teacher], state.known_y[:, teacher])
+        listens, time, x, y = told
+        newer = listens & (time > known[0]) & strangers
+        return (
+            jnp.where(newer, time, known[0]),
+            jnp.where(newer, x[:, None], known[1]),
+            jnp.where(newer, y[:, None], known[2]),
+        )
+
+    time, x, y = jax.lax.fori_loop(0, n, merge, (state.known_time, state.known_x, state.known_y))
+    told = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
+    return dataclasses.replace(
+        state, known_time=time, known_x=x, known_y=y, jammer_range=jnp.maximum(state.jammer_range, told)
+    )
+
+
+def known(state: State) -> jax.Array:
+    """Whether self knows of other: bool [n other, n self, ...]."""
+    return state.known_time > UNKNOWN

@@ -1,0 +1,83 @@
+"""Roles: source-side, sink-side and closest among those known or heard (spec section 4)."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from slcs2_jax.grammar import vocabulary
+from slcs2_jax.swarm import knowledge
+from slcs2_jax.swarm.selection import least, rows
+from slcs2_jax.swarm.state import State
+from slcs2_jax.world.arena import Arena
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Candidates:
+    """Whom an agent may mean: other agents at their last known places, the source, the sink where it believes it.
+
+    Attributes:
+        x, y: float32 [n + 2, n, ...], m.
+        squared: float32 [n + 2, n, ...], m2, squared distance from self.
+        known: bool [n + 2, n, ...], in K, or source or sink.
+        source_side, sink_side: bool [n + 2, n, ...], nearer to the source (the sink) than self is.
+    """
+
+    x: jax.Array
+    y: jax.Array
+    squared: jax.Array
+    known: jax.Array
+    source_side: jax.Array
+    sink_side: jax.Array
+
+
+def candidates(state: State, arena: Arena) -> Candidates:
+    """Place everybody as each agent knows them."""
+    nodes_x, nodes_y = (
+        jnp.broadcast_to(jnp.stack([jnp.zeros_like(sink), sink])[:, None], (2, *state.x.shape))
+        for sink in (arena.estimate_x, arena.estimate_y)
+    )
+    x = jnp.concatenate([state.known_x, nodes_x])
+    y = jnp.concatenate([state.known_y, nodes_y])
+    known = jnp.concatenate([knowledge.known(state), jnp.ones((2, *state.x.shape), bool)])
+
+    def to_sink(x: jax.Array, y: jax.Array) -> jax.Array:
+        return (arena.estimate_x - x) ** 2 + (arena.estimate_y - y) ** 2
+
+    return Candidates(
+        x=x,
+        y=y,
+        squared=(x - state.x) ** 2 + (y - state.y) ** 2,
+        known=known,
+        source_side=x**2 + y**2 < state.x**2 + state.y**2,
+        sink_side=to_sink(x, y) < to_sink(state.x, state.y),
+    )
+
+
+def closest(eligible: jax.Array, squared: jax.Array) -> jax.Array:
+    """Distance to the closest eligible candidate, m; inf if there is none. [m, n, ...] -> float32 [n, ...]."""
+    return jnp.sqrt(jnp.min(jnp.where(eligible, squared, jnp.inf), axis=0))
+
+
+def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax.Array:
+    """Which node each agent's target stands for: the closest of those with the role; the lowest index on ties.
+
+    Args:
+        target: int32 [n, ...], a target of the vocabulary other than jammer or obstacle.
+        members: bool [n + 2, n, ...], among whom roles are given: K for movement, N for sending.
+        everybody: the candidates.
+
+    Returns:
+        int32 [n, ...], the node; n + 2 if the target is undefined.
+    """
+    count = members.shape[0]
+    node = jnp.where(target == vocabulary.SOURCE, np.int32(count - 2), np.int32(count - 1))
+    role = rows(count, target) == node
+    for name, holders in ((vocabulary.SO, everybody.source_side), (vocabulary.SI, everybody.sink_side), (vocabulary.C, True)):
+        role = jnp.where(target == name, holders, role)
+    index, _ = least(members & role, everybody.squared)
+    return index

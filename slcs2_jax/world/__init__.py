@@ -1,0 +1,1 @@
+"""The world that does not move: scenarios, geometry and the radio."""

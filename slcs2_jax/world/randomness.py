@@ -1,0 +1,89 @@
+"""Random numbers of an episode: a counter-based hash, so that a draw depends on its name and never on the batch.
+
+A draw is named by (episode key, time-step, purpose, index). The same name gives the same 32 bits on every backend, in any
+batch, in any order; nothing has to be carried from step to step. The mixing function is Wellons' ``lowbias32`` with the
+second half of the 64-bit stream state added between its two rounds; ``tests/world/test_randomness.py`` tests the statistics.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+GOLDEN = np.uint32(0x9E3779B9)
+
+
+class Purpose(enum.IntEnum):
+    """What a draw is for; draws of different purposes are independent."""
+
+    SHADOWING = 0
+    RULE = 1
+    COLLECT = 2
+
+
+def _first_round(x: jax.Array) -> jax.Array:
+    x = x ^ (x >> np.uint32(16))
+    x = x * np.uint32(0x7FEB352D)
+    return x ^ (x >> np.uint32(15))
+
+
+def _second_round(x: jax.Array) -> jax.Array:
+    x = x * np.uint32(0x846CA68B)
+    return x ^ (x >> np.uint32(16))
+
+
+def mix(x: jax.Array) -> jax.Array:
+    """Scramble 32-bit words (``lowbias32``): a bijection on uint32 of any shape."""
+    return _second_round(_first_round(x))
+
+
+def bits(key: jax.Array, t: jax.Array, purpose: Purpose, index: jax.Array) -> jax.Array:
+    """Uniform 32-bit words for time-step ``t``.
+
+    Args:
+        key: uint32 [2, ...], the episode's key.
+        t: int32 [...], the time-step.
+        purpose: what the draws are for.
+        index: uint32 [I..., 1...], which draw; broadcast against ``t``.
+
+    Returns:
+        uint32 [I..., ...].
+    """
+    step = mix(key[0] + t.astype(jnp.uint32)) ^ key[1]
+    low = mix(step + np.uint32(int(purpose) * int(GOLDEN) & 0xFFFFFFFF))
+    high = mix(low + key[0])
+    return _second_round(_first_round(low ^ (index * GOLDEN)) + high)
+
+
+# Giles (2010), "Approximating the erfinv function", single precision; constant term last.
+_CENTRE = (2.81022636e-08, 3.43273939e-07, -3.5233877e-06, -4.39150654e-06, 0.00021858087, -0.00125372503,
+           -0.00417768164, 0.246640727, 1.50140941)  # fmt: skip
+_TAIL = (-0.000200214257, 0.000100950558, 0.00134934322, -0.00367342844, 0.00573950773, -0.0076224613,
+         0.00943887047, 1.00167406, 2.83297682)  # fmt: skip
+
+
+def _polynomial(coefficients: tuple[float, ...], w: jax.Array) -> jax.Array:
+    value = jnp.full_like(w, coefficients[0])
+    for coefficient in coefficients[1:]:
+        value = value * w + np.float32(coefficient)
+    return value
+
+
+def normal(words: jax.Array) -> jax.Array:
+    """Standard normal deviates from uniform words, by the inverse distribution function.
+
+    Args:
+        words: uint32 of any shape.
+
+    Returns:
+        float32 of the same shape, between -5.5 and 5.5.
+    """
+    half = np.float32(2**-24)
+    x = (words >> np.uint32(8)).astype(jnp.int32).astype(jnp.float32) * (2 * half) + (half - np.float32(1.0))
+    w = -jnp.log((np.float32(1.0) - x) * (np.float32(1.0) + x))
+    centre = _polynomial(_CENTRE, w - np.float32(2.5))
+    tail = _polynomial(_TAIL, jnp.sqrt(w) - np.float32(3.0))
+    return np.float32(np.sqrt(2.0)) * x * jnp.where(w < np.float32(5.0), centre, tail)
