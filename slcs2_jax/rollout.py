@@ -200,16 +200,18 @@ def _place(mesh: Mesh, tree: Any) -> Any:
 def _programs(mesh: Mesh, periods: int) -> tuple[Any, Any, Any, Any]:
     """The four compiled programs of a rollout: begin, refill, advance, result; each device works on its own slots."""
 
+    on_cpu = mesh.devices.flat[0].platform == "cpu"
+    compiler_options = {"xla_cpu_prefer_vector_width": 512} if on_cpu else None  # where there are none so wide: less
+
     def spread(function: Any, parameters_at: int, **options: Any) -> Any:
         def split(*arguments: Any) -> Any:
             batch = arguments[:parameters_at]
-            local = jax.tree.map(lambda leaf: leaf, (*map(_specs, batch), P()))
             shapes = jax.eval_shape(function, *arguments)
-            return jax.shard_map(function, mesh=mesh, in_specs=local, out_specs=_specs(shapes), check_vma=False)(
+            return jax.shard_map(function, mesh=mesh, in_specs=(*map(_specs, batch), P()), out_specs=_specs(shapes), check_vma=False)(
                 *arguments
             )
 
-        return jax.jit(split, **options)
+        return jax.jit(split, compiler_options=compiler_options, **options)
 
     def refill(
         episode: Episode, arena: Arena, rules: Rules, key: jax.Array, entering: jax.Array, parameters: Parameters

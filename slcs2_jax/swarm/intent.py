@@ -59,11 +59,13 @@ def interpret(
     moves = action < vocabulary.FIRST_COLLECT
     collects = (action >= vocabulary.FIRST_COLLECT) & (action < vocabulary.FIRST_SEND)
     sends = (action >= vocabulary.FIRST_SEND) & (action < vocabulary.N_ACTIONS)
-    sending = action - vocabulary.FIRST_SEND
-    collecting = action - vocabulary.FIRST_COLLECT
-    per_target = len(vocabulary.CHANNELS) * len(vocabulary.POWERS)
-    target = jnp.where(moves, action % len(vocabulary.MOVE_TARGETS), sending // per_target)
-    setting = jnp.where(sends, sending % per_target, collecting)
+    direction, move_target = _divide(action, len(vocabulary.MOVE_TARGETS))
+    settings = len(vocabulary.CHANNELS) * len(vocabulary.POWERS)
+    send_target, send_setting = _divide(action - vocabulary.FIRST_SEND, settings)
+    target = jnp.where(moves, move_target, send_target)
+    channel, power = _divide(
+        jnp.where(sends, send_setting, action - vocabulary.FIRST_COLLECT), len(vocabulary.POWERS)
+    )
     members = jnp.where(sends, observation.heard, observation.everybody.known)
     node = roles.resolve(target, members, observation.everybody)
     place_x, place_y = take(observation.everybody.x, node), take(observation.everybody.y, node)
@@ -75,20 +77,25 @@ def interpret(
         obstacle.squared <= parameters.lidar_range * parameters.lidar_range,
         jnp.where(to_jammer, state.jammer_range > 0, node < members.shape[0]),
     )
-    full = setting % len(vocabulary.POWERS) == vocabulary.FULL
     return Intent(
         acts=action < vocabulary.N_ACTIONS,
         moves=moves,
         collects=collects,
         sends=sends,
-        direction=action // len(vocabulary.MOVE_TARGETS),
+        direction=direction,
         place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, arena.jammer_x, place_x)),
         place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, arena.jammer_y, place_y)),
         place_known=known,
         node=node,
-        channel=setting // len(vocabulary.POWERS),
-        level=jnp.where(full, jnp.float32(1), radio.half_power),
+        channel=channel,
+        level=jnp.where(power == vocabulary.FULL, jnp.float32(1), radio.half_power),
     )
+
+
+def _divide(number: jax.Array, by: int) -> tuple[jax.Array, jax.Array]:
+    """Quotient and remainder of small numbers (0..255), by multiplication: vector units cannot divide integers."""
+    quotient = (number * np.int32(2**12 // by + 1)) >> np.int32(12)
+    return quotient, number - quotient * np.int32(by)
 
 
 def nearest_obstacle(state: State, arena: Arena, parameters: SwarmParameters) -> Nearest:

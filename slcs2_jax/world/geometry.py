@@ -2,29 +2,26 @@
 
 A wall is a centre line with a thickness. Vertical ones stand at x = ``at`` and span y in [``low``, ``high``]; horizontal
 ones are the same with x and y exchanged, so every function is written once, for vertical walls.
-The loops run over blocks of walls, unrolled: every link or agent stays in registers while a block passes by, which
-compiles to plain vector code on CPU and GPU; a reduction over the wall axis would not.
+Walls are the leftmost axis, so that reducing over it leaves the vector lanes to the batch. Links are many: their counts
+stay in registers while blocks of walls pass by; a plain reduction would store every pair of wall and link.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-BLOCK = 16  # walls per unrolled block; capacities are multiples of it
-
-Carry = TypeVar("Carry")
+BLOCK = 16  # walls per block; the capacity for walls is a multiple of it
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Lines:
-    """Parallel walls. ``at``, ``low``, ``high``: float32 [V, ...], m; rows with low > high are padding."""
+    """Parallel walls. ``at``, ``low``, ``high``: float32 [V, ...], m, V a multiple of BLOCK; low > high is padding."""
 
     at: jax.Array
     low: jax.Array
@@ -38,30 +35,6 @@ class Walls:
 
     vertical: Lines
     horizontal: Lines
-
-
-Body = Callable[[Carry, jax.Array, jax.Array, jax.Array], Carry]
-
-
-def fold(lines: Lines, body: Body, carry: Carry) -> Carry:
-    """Apply ``body(carry, at, low, high)`` to every wall in turn, in blocks of ``BLOCK``.
-
-    Args:
-        lines: walls [V, ...], V a multiple of ``BLOCK``.
-        body: one wall's contribution; at, low, high have shape [...].
-        carry: any pytree.
-    """
-    count = lines.at.shape[0]
-    if count == 0:
-        return carry
-
-    def block(carry: Carry, walls: Lines) -> tuple[Carry, None]:
-        for k in range(BLOCK):
-            carry = body(carry, walls.at[k], walls.low[k], walls.high[k])
-        return carry, None
-
-    blocks = jax.tree.map(lambda a: a.reshape(count // BLOCK, BLOCK, *a.shape[1:]), lines)
-    return jax.lax.scan(block, carry, blocks)[0]
 
 
 def crosses(
@@ -78,18 +51,24 @@ def slope(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array) -> jax.Arr
     return jnp.where(run == 0, np.float32(0), (y2 - y1) / jnp.where(run == 0, np.float32(1), run))
 
 
+def count_crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, walls: Walls) -> jax.Array:
+    """How many walls' centre lines each segment crosses (spec 3, ``walls(i, j)``): float32, shape of ``x1`` [P, ...]."""
+    return (_crossings(x1, y1, x2, y2, walls.vertical) + _crossings(y1, x1, y2, x2, walls.horizontal)).astype(jnp.float32)
+
+
 def _crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, lines: Lines) -> jax.Array:
     rise = slope(x1, y1, x2, y2)
 
-    def body(count: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array) -> jax.Array:
-        return count + crosses(x1, y1, x2, rise, at, low, high).astype(jnp.float32)
+    if lines.at.shape[0] == 0:
+        return jnp.zeros(x1.shape, jnp.int32)
 
-    return fold(lines, body, jnp.zeros_like(x1))
+    def block(count: jax.Array, walls: Lines) -> tuple[jax.Array, None]:
+        for k in range(BLOCK):
+            count = count + crosses(x1, y1, x2, rise, walls.at[k], walls.low[k], walls.high[k]).astype(jnp.int32)
+        return count, None
 
-
-def count_crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, walls: Walls) -> jax.Array:
-    """How many walls' centre lines each segment crosses (spec 3, ``walls(i, j)``): float32, shape of ``x1`` [P, ...]."""
-    return _crossings(x1, y1, x2, y2, walls.vertical) + _crossings(y1, x1, y2, x2, walls.horizontal)
+    blocks = jax.tree.map(lambda a: a.reshape(-1, BLOCK, *a.shape[1:]), lines)
+    return jax.lax.scan(block, jnp.zeros(x1.shape, jnp.int32), blocks)[0]
 
 
 @jax.tree_util.register_dataclass
@@ -115,30 +94,14 @@ class Nearest:
         return Nearest(pick(squared, self.squared), pick(x, self.x), pick(y, self.y))
 
 
-def surface_point(
-    x: jax.Array, y: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array, half: jax.Array
-) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Nearest point of a vertical wall's rectangle: (squared distance, x, y), shapes of ``x``."""
-    px = jnp.clip(x, at - half, at + half)
-    py = jnp.clip(y, low, high)
-    return (px - x) ** 2 + (py - y) ** 2, px, py
-
-
 def nearest_wall(x: jax.Array, y: jax.Array, half: jax.Array, walls: Walls) -> Nearest:
     """The nearest point of any wall's surface, vertical walls first on ties: shapes of ``x`` [n, ...].
 
     ``half``: half the walls' thickness, m, scalar.
     """
-
-    def vertical(best: Nearest, at: jax.Array, low: jax.Array, high: jax.Array) -> Nearest:
-        squared, px, py = surface_point(x, y, at, low, high, half)
-        return best.or_nearer(squared, px, py, low <= high)
-
-    def horizontal(best: Nearest, at: jax.Array, low: jax.Array, high: jax.Array) -> Nearest:
-        squared, py, px = surface_point(y, x, at, low, high, half)
-        return best.or_nearer(squared, px, py, low <= high)
-
-    return fold(walls.horizontal, horizontal, fold(walls.vertical, vertical, Nearest.none(x)))
+    vertical = _nearest(x, y, half, walls.vertical, lambda *_: True)
+    horizontal = _nearest(y, x, half, walls.horizontal, lambda *_: True)
+    return vertical.or_nearer(horizontal.squared, horizontal.y, horizontal.x)
 
 
 def blocking_wall(
@@ -165,17 +128,45 @@ def blocking_wall(
     """
     limit = clearance * clearance
 
-    def side(x: jax.Array, y: jax.Array, to_x: jax.Array, to_y: jax.Array, swapped: bool) -> Body:
+    def side(x: jax.Array, y: jax.Array, to_x: jax.Array, to_y: jax.Array, lines: Lines) -> Nearest:
         rise = slope(x, y, to_x, to_y)
 
-        def body(best: Nearest, at: jax.Array, low: jax.Array, high: jax.Array) -> Nearest:
-            before, px, py = surface_point(x, y, at, low, high, half)
-            after, _, _ = surface_point(to_x, to_y, at, low, high, half)
-            forbids = (after < jnp.minimum(limit, before)) | crosses(x, y, to_x, rise, at, low, high)
-            point = (py, px) if swapped else (px, py)
-            return best.or_nearer(before, *point, forbids & (low <= high))
+        def forbids(before: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array) -> jax.Array:
+            after = _squared(to_x, to_y, half, at, low, high)
+            return (after < jnp.minimum(limit, before)) | crosses(x, y, to_x, rise, at, low, high)
 
-        return body
+        return _nearest(x, y, half, lines, forbids)
 
-    best = fold(walls.vertical, side(x, y, to_x, to_y, False), Nearest.none(x))
-    return fold(walls.horizontal, side(y, x, to_y, to_x, True), best)
+    vertical = side(x, y, to_x, to_y, walls.vertical)
+    horizontal = side(y, x, to_y, to_x, walls.horizontal)
+    return vertical.or_nearer(horizontal.squared, horizontal.y, horizontal.x)
+
+
+def _squared(
+    x: jax.Array, y: jax.Array, half: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array
+) -> jax.Array:
+    """Squared distance of places to vertical walls' surfaces, m2; inf for padding."""
+    across = jnp.maximum(jnp.abs(x - at) - half, np.float32(0))
+    along = jnp.maximum(jnp.maximum(low - y, y - high), np.float32(0))
+    return jnp.where(low <= high, across * across + along * along, jnp.inf)
+
+
+def _nearest(
+    x: jax.Array, y: jax.Array, half: jax.Array, lines: Lines, counts: Callable[..., jax.Array | bool]
+) -> Nearest:
+    """The nearest surface point of those vertical walls that count, the first of equals.
+
+    ``counts(squared, at, low, high)`` tells which do, for walls [V, 1, ...] against places [n, ...].
+    """
+    walls = lines.at.shape[0]
+    if walls == 0:
+        return Nearest.none(x)
+    between = (1,) * (x.ndim - lines.at.ndim + 1)
+    at, low, high = (a.reshape(walls, *between, *a.shape[1:]) for a in (lines.at, lines.low, lines.high))
+    squared = _squared(x, y, half, at, low, high)
+    squared = jnp.where(counts(squared, at, low, high), squared, jnp.inf)
+    best = jnp.min(squared, axis=0)
+    number = np.arange(walls, dtype=np.int32).reshape(walls, *(1,) * x.ndim)
+    first = jnp.min(jnp.where(squared <= best, number, np.int32(walls - 1)), axis=0)
+    at, low, high = (jnp.take_along_axis(a, first, axis=0) for a in (lines.at, lines.low, lines.high))
+    return Nearest(best, jnp.clip(x, at - half, at + half), jnp.clip(y, low, high))
