@@ -49,14 +49,14 @@ def resolve(
     """
     x, y = state.x, state.y
     to_x, to_y = x + step_x, y + step_y
-    obstacle = blocking_wall(x, y, to_x, to_y, parameters.clearance, parameters.half_thickness, arena.walls)
+    obstacle = blocking_wall(x, y, to_x, to_y, parameters.clear, parameters.half_thickness, arena.walls)
     obstacle = _blocking_agent(obstacle, state, to_x, to_y, x, y, parameters)
     obstacle = _blocking_agent(obstacle, state, to_x, to_y, to_x, to_y, parameters)
     refused = jnp.isfinite(obstacle.squared)
 
     slide_x, slide_y = _tangent(state, step_x, step_y, obstacle)
     side_x, side_y = x + slide_x, y + slide_y
-    wall = blocking_wall(x, y, side_x, side_y, parameters.clearance, parameters.half_thickness, arena.walls)
+    wall = blocking_wall(x, y, side_x, side_y, parameters.clear, parameters.half_thickness, arena.walls)
     hindered = jnp.isfinite(wall.squared)
     for other_x, other_y, counts in ((x, y, True), (to_x, to_y, True), (side_x, side_y, refused[:, None])):
         hindered = hindered | jnp.any(_too_near(state, side_x, side_y, other_x, other_y, parameters) & counts, axis=0)
@@ -79,7 +79,7 @@ def _too_near(
     n = state.x.shape[0]
     before = (state.x[:, None] - state.x) ** 2 + (state.y[:, None] - state.y) ** 2
     after = (other_x[:, None] - to_x) ** 2 + (other_y[:, None] - to_y) ** 2
-    limit = jnp.minimum(parameters.clearance * parameters.clearance, before)
+    limit = jnp.minimum(parameters.clear, before)
     return (after < limit) & lift(~np.eye(n, dtype=bool), state.t)
 
 

@@ -14,6 +14,7 @@ from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.roles import Candidates, closest
 from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.geometry import SLACK
 from slcs2_jax.world.radio import RadioParameters
 
 WORD_BITS = 32
@@ -95,15 +96,16 @@ def _compare(left: list[jax.Array], right: list[jax.Array], parameters: SwarmPar
     """Truth of every distance clause (left operand, operator, right operand): bool [n, ...] each.
 
     An undefined operand makes its clause false under every operator. Equality has a tolerance of one step of motion or a
-    share of the right operand, whichever is more, and does not exclude ``<`` and ``>``.
+    share of the right operand, whichever is more, and does not exclude ``<`` and ``>``, which need a difference beyond
+    rounding: the same distance may be computed in two ways.
     """
     holds = {}
     for j, b in enumerate(right):
-        tolerance = jnp.maximum(parameters.speed, parameters.tolerance * b)
+        tolerance = jnp.maximum(parameters.speed, parameters.tolerance * b) + np.float32(SLACK)
         for i, a in enumerate(left):
             defined = (a < jnp.inf) & (b < jnp.inf)
-            holds[i, 0, j] = a < b
-            holds[i, 1, j] = a > b
+            holds[i, 0, j] = a < b - np.float32(SLACK)
+            holds[i, 1, j] = a > b + np.float32(SLACK)
             holds[i, 2, j] = (a <= b + tolerance) & (a >= b - tolerance)
             for operator in range(3):
                 holds[i, operator, j] &= defined

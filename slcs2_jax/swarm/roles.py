@@ -10,9 +10,10 @@ import numpy as np
 
 from slcs2_jax.grammar import vocabulary
 from slcs2_jax.swarm import knowledge
-from slcs2_jax.swarm.selection import least, rows
+from slcs2_jax.swarm.selection import rows
 from slcs2_jax.swarm.state import State
 from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.geometry import SLACK
 
 
 @jax.tree_util.register_dataclass
@@ -45,17 +46,20 @@ def candidates(state: State, arena: Arena) -> Candidates:
     y = jnp.concatenate([state.known_y, nodes_y])
     known = jnp.concatenate([knowledge.known(state), jnp.ones((2, *state.x.shape), bool)])
 
-    def to_sink(x: jax.Array, y: jax.Array) -> jax.Array:
-        return (arena.estimate_x - x) ** 2 + (arena.estimate_y - y) ** 2
-
+    sink_x, sink_y = arena.estimate_x, arena.estimate_y
     return Candidates(
         x=x,
         y=y,
         squared=(x - state.x) ** 2 + (y - state.y) ** 2,
         known=known,
-        source_side=x**2 + y**2 < state.x**2 + state.y**2,
-        sink_side=to_sink(x, y) < to_sink(state.x, state.y),
+        source_side=x**2 + y**2 < _nearer(state.x**2 + state.y**2),
+        sink_side=(sink_x - x) ** 2 + (sink_y - y) ** 2 < _nearer((sink_x - state.x) ** 2 + (sink_y - state.y) ** 2),
     )
+
+
+def _nearer(squared: jax.Array) -> jax.Array:
+    """The squared distance, m2, below which something is nearer beyond rounding."""
+    return jnp.maximum(jnp.sqrt(squared) - np.float32(SLACK), np.float32(0)) ** 2
 
 
 def closest(eligible: jax.Array, squared: jax.Array) -> jax.Array:
@@ -65,6 +69,8 @@ def closest(eligible: jax.Array, squared: jax.Array) -> jax.Array:
 
 def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax.Array:
     """Which node each agent's target stands for: the closest of those with the role; the lowest index on ties.
+
+    Ties are common, since agents stop at the clearance, so distances that differ by rounding only are one.
 
     Args:
         target: int32 [n, ...], a target of the vocabulary other than jammer or obstacle.
@@ -79,5 +85,6 @@ def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax
     role = rows(count, target) == node
     for name, holders in ((vocabulary.SO, everybody.source_side), (vocabulary.SI, everybody.sink_side), (vocabulary.C, True)):
         role = jnp.where(target == name, holders, role)
-    index, _ = least(members & role, everybody.squared)
-    return index
+    eligible = members & role
+    tie = (closest(eligible, everybody.squared) + np.float32(SLACK)) ** 2
+    return jnp.min(jnp.where(eligible & (everybody.squared <= tie), rows(count, target), np.int32(count)), axis=0)

@@ -14,6 +14,7 @@ import numpy as np
 
 from slcs2_jax.config.settings import Settings
 from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.geometry import SLACK
 
 UNKNOWN = np.int32(-1)  # time of knowledge never had
 WORD = 32  # agents per word of a packet's history
@@ -22,11 +23,15 @@ WORD = 32  # agents per word of a packet's history
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class SwarmParameters:
-    """Spec section 4, every leaf a scalar: m, m per step, counts and costs."""
+    """Spec section 4, every leaf a scalar: m, m per step, counts and costs.
+
+    ``clear`` is the squared distance, m2, that keeps the clearance: a little less than its square, see ``SLACK``.
+    """
 
     packets: jax.Array
     speed: jax.Array
     clearance: jax.Array
+    clear: jax.Array
     lidar_range: jax.Array
     distance_threshold: jax.Array
     tolerance: jax.Array
@@ -42,6 +47,7 @@ class SwarmParameters:
             packets=jnp.int32(swarm.packets),
             speed=jnp.float32(swarm.speed),
             clearance=jnp.float32(swarm.clearance),
+            clear=jnp.float32(max(swarm.clearance - SLACK, 0) ** 2),
             lidar_range=jnp.float32(swarm.lidar_range),
             distance_threshold=jnp.float32(swarm.distance_threshold),
             tolerance=jnp.float32(swarm.tolerance),

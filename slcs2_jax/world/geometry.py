@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 BLOCK = 16  # walls per block; the capacity for walls is a multiple of it
+SLACK = 1e-3  # m: what is nearer to a limit than this meets it, so that rounding decides nothing
 
 
 @jax.tree_util.register_dataclass
@@ -109,7 +110,7 @@ def blocking_wall(
     y: jax.Array,
     to_x: jax.Array,
     to_y: jax.Array,
-    clearance: jax.Array,
+    limit: jax.Array,
     half: jax.Array,
     walls: Walls,
 ) -> Nearest:
@@ -120,14 +121,13 @@ def blocking_wall(
 
     Args:
         x, y, to_x, to_y: float32 [n, ...], m.
-        clearance, half: m, scalars: the clearance and half the walls' thickness.
+        limit: m2, scalar, the squared distance that is always far enough.
+        half: m, scalar, half the walls' thickness.
         walls: the walls.
 
     Returns:
         Nearest [n, ...]; squared distance inf where the step is allowed.
     """
-    limit = clearance * clearance
-
     def side(x: jax.Array, y: jax.Array, to_x: jax.Array, to_y: jax.Array, lines: Lines) -> Nearest:
         rise = slope(x, y, to_x, to_y)
 
