@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import chex
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -70,7 +71,12 @@ class Result:
 
 
 def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) -> Episode:
-    """Deploy the swarm: key uint32 [2, ...]."""
+    """Deploy the swarm: key uint32 [2, ...]. Shapes and types that do not fit raise AssertionError."""
+    agents = arena.start_x.shape
+    chex.assert_shape(key, (2, *agents[1:]))
+    chex.assert_shape(rules.action, (None, *agents))
+    chex.assert_shape(rules.mask, (None, *rules.action.shape))
+    chex.assert_type([key, rules.mask, rules.action, arena.start_x], [np.uint32, np.uint32, np.uint8, np.float32])
     physics = parameters.physics
     state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
     state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))

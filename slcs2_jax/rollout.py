@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from slcs2_jax import episode as episodes
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.control.classifier import Rules
-from slcs2_jax.episode import Episode, Parameters, Result
+from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.world.arena import Arena, stack
 from slcs2_jax.world.scenario import Scenario
 
@@ -141,7 +141,7 @@ class Rollout:
         result = jax.device_get(self._result(self._episode, self._parameters))
         return [self._take(int(slot), result) for slot in ended]
 
-    def _take(self, slot: int, result: Result) -> Done:
+    def _take(self, slot: int, result: Any) -> Done:
         job = self._jobs[slot]
         assert job is not None
         self._jobs[slot] = None
@@ -205,11 +205,10 @@ def _programs(mesh: Mesh, periods: int) -> tuple[Any, Any, Any, Any]:
 
     def spread(function: Any, parameters_at: int, **options: Any) -> Any:
         def split(*arguments: Any) -> Any:
-            batch = arguments[:parameters_at]
-            shapes = jax.eval_shape(function, *arguments)
-            return jax.shard_map(function, mesh=mesh, in_specs=(*map(_specs, batch), P()), out_specs=_specs(shapes), check_vma=False)(
-                *arguments
-            )
+            specs = (*map(_specs, arguments[:parameters_at]), P())
+            results = _specs(jax.eval_shape(function, *arguments))
+            local = jax.shard_map(function, mesh=mesh, in_specs=specs, out_specs=results, check_vma=False)
+            return local(*arguments)
 
         return jax.jit(split, compiler_options=compiler_options, **options)
 

@@ -219,7 +219,8 @@ def _arguments_for_hydra(arguments: Sequence[str], scratch: str) -> Iterator[Non
         else [f"hydra.sweep.dir='{scratch}'", "hydra.sweep.subdir=."]
     )
     saved, full_error = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
-    sys.argv = [saved[0] if saved else "slcs2", *arguments, *extra]
+    options, overrides = _apart(arguments)
+    sys.argv = [saved[0] if saved else "slcs2", *options, *overrides, *extra]
     os.environ["HYDRA_FULL_ERROR"] = "1"
     try:
         yield
@@ -229,6 +230,21 @@ def _arguments_for_hydra(arguments: Sequence[str], scratch: str) -> Iterator[Non
             del os.environ["HYDRA_FULL_ERROR"]
         else:
             os.environ["HYDRA_FULL_ERROR"] = full_error
+
+
+def _apart(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Options with their values, and overrides: argparse takes no overrides on both sides of an option."""
+    options: list[str] = []
+    overrides: list[str] = []
+    rest = list(arguments)
+    while rest:
+        argument = rest.pop(0)
+        if argument in FLAGS_WITH_VALUE:
+            options += [argument, *rest[:1]]
+            del rest[:1]
+        else:
+            (options if argument.startswith("-") else overrides).append(argument)
+    return options, overrides
 
 
 @contextmanager

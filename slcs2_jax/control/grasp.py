@@ -33,7 +33,7 @@ def choose(
     worst = jnp.min(jnp.where(match, quality, jnp.inf), axis=0)
     found = best > -jnp.inf
     spread = jnp.where(found, best - worst, np.float32(0))
-    listed = match & (quality >= best - alpha_grasp * spread)
+    listed = match & (best - quality <= alpha_grasp * spread)
     ticket = (lots & ~ACTION_BITS) | action.astype(jnp.uint32)
     winner = jnp.max(jnp.where(listed, ticket, np.uint32(0)), axis=0)
     return jnp.where(found, (winner & ACTION_BITS).astype(jnp.int32), np.int32(NO_ACTION))

@@ -37,5 +37,5 @@ class LearningParameters:
         )
 
     def alpha(self, share: jax.Array) -> jax.Array:
-        """alpha_q after a share of the time limit (float32 [...], 0..1): from the first to the final value, linearly."""
+        """alpha_q after a share of the time limit (float32 [...], 0..1): linearly from first to final value."""
         return optax.linear_schedule(self.alpha_q, self.alpha_q_final, 1)(share)

@@ -1,7 +1,7 @@
-"""Strength: each step's reward credited to the action sets of the last BP_max + 1 steps (paper, strength equation; spec 6.5).
+"""Strength: each step's reward credited to the last BP_max + 1 action sets (paper, strength equation; spec 6.5).
 
-Instead of adding every reward to every past set, each rule keeps one bit per step, and each agent its last gains. A set
-has all its credit BP_max steps later; then, and a whole round at a time, the sum of its credits is added to its members.
+Instead of adding every reward to every past set, each rule keeps one bit per step, and each agent its last gains. A
+set has all its credit BP_max steps later; then, a whole round at a time, the sum of its credits goes to its members.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def round_length(period: int, bp_max: int) -> int:
 def settle(
     strength: jax.Array, usage: jax.Array, trace: jax.Array, recent: jax.Array, gains: jax.Array, decay: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """After a round of L steps: credit the sets that have become BP_max steps old in it, and count the new ones' members.
+    """After a round of L steps: credit the sets that became BP_max steps old in it, and count the new ones' members.
 
     Args:
         strength: float32 [R, n, ...].
@@ -48,9 +48,7 @@ def settle(
     return strength, usage + jax.lax.population_count(fresh).astype(jnp.int32), latest_first[:depth]
 
 
-def finish(
-    strength: jax.Array, usage: jax.Array, trace: jax.Array, recent: jax.Array, decay: jax.Array
-) -> jax.Array:
+def finish(strength: jax.Array, usage: jax.Array, trace: jax.Array, recent: jax.Array, decay: jax.Array) -> jax.Array:
     """At the end: credit the sets that are not BP_max steps old, and divide by usage; 0 for rules never used."""
     depth = recent.shape[0]
     credit = _credit(recent, decay, depth + 1, range(depth))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -46,11 +46,18 @@ class Instances:
     runs: list[Run]
 
 
-def evolve(settings: Sequence[Settings], *, report: Report | None = None) -> list[RunSummary]:
+def evolve(
+    settings: Sequence[Settings], *, report: Report | None = None, search: Callable[..., Search] = Search
+) -> list[RunSummary]:
     """Evolve every run, writing its folder if ``run_dir`` is set (spec sections 7 and 8).
 
     Runs whose physics, sizes and kind of world agree share one batch. What an instance comes to depends on its own
     settings and seed, not on its neighbours in the batch.
+
+    Args:
+        settings: one for each run.
+        report: who is told of progress.
+        search: makes each instance's search, with the arguments of ``Search``; another kind may take its place.
 
     Raises:
         InputError: a setting is impossible, or a folder holds another run.
@@ -59,7 +66,7 @@ def evolve(settings: Sequence[Settings], *, report: Report | None = None) -> lis
     groups: dict[Any, list[int]] = {}
     for place, one in enumerate(settings):
         groups.setdefault(_batch_key(one), []).append(place)
-    everything = [_prepare(one) for one in settings]
+    everything = [_prepare(one, search) for one in settings]
     summaries: dict[int, RunSummary] = {}
     for places in groups.values():
         members = [everything[place] for place in places]
@@ -88,7 +95,7 @@ def evaluate(
     )
     sites = [_site(settings, grammar, instance) for instance in range(settings.instances)]
     tasks = [Measurement(site, solution.rules, deployments) for site in sites]
-    rollout = _rollout(settings, [grammar], sites, len(tasks) * deployments)
+    rollout = make_rollout(settings, [grammar], sites, len(tasks) * deployments)
     start = time.perf_counter()
 
     def tell() -> None:
@@ -117,7 +124,7 @@ def _batch_key(settings: Settings) -> Any:
     return settings.radio, settings.swarm, settings.learning, settings.compute, sizes
 
 
-def _prepare(settings: Settings) -> Instances:
+def _prepare(settings: Settings, make_search: Callable[..., Search]) -> Instances:
     rules = settings.rules
     grammar = load_grammar(
         rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes
@@ -128,7 +135,7 @@ def _prepare(settings: Settings) -> Instances:
         folder = RunFolder.create(settings, device=runtime.describe_devices(settings.compute))
     runs = []
     for instance, site in enumerate(sites):
-        search = Search(
+        search = make_search(
             settings.search,
             agents=settings.swarm.agents,
             rules=rules.rules,
@@ -158,7 +165,8 @@ def _site(settings: Settings, grammar: Grammar, instance: int) -> Site:
     return Site(scenario, grammar.channels_used, settings.swarm.packets)
 
 
-def _rollout(settings: Settings, grammars: Sequence[Grammar], sites: Sequence[Site], tasks: int) -> Rollout:
+def make_rollout(settings: Settings, grammars: Sequence[Grammar], sites: Sequence[Site], tasks: int) -> Rollout:
+    """Slots for so many tasks on the given sites, as ``settings.compute`` says or as the devices like it."""
     shape = Shape(
         agents=settings.swarm.agents,
         rules=settings.rules.rules,
@@ -182,7 +190,7 @@ def _advance(members: Sequence[Instances], everything: Sequence[Instances], repo
     shown = [run for member in everything for run in member.runs]
     start = time.perf_counter()
     grammars = [member.grammar for member in members]
-    rollout = _rollout(members[0].settings, grammars, [run.site for run in runs], len(runs))
+    rollout = make_rollout(members[0].settings, grammars, [run.site for run in runs], len(runs))
 
     def tell() -> None:
         report.generation(

@@ -134,9 +134,9 @@ def observe(holding, in_reach, interference, apart, params):
 def nearest_obstacle(i, place, agents, world, params):
     """Nearest point of a wall's surface or of another agent within lidar range: (found, x, y); walls first on ties."""
     x, y = place[i, 0], place[i, 1]
-    best = params.lidar_range * params.lidar_range
+    best = (params.lidar_range + SLACK) ** 2
     found, ox, oy = False, 0.0, 0.0
-    reach = params.lidar_range + params.half_thickness
+    reach = params.lidar_range + SLACK + params.half_thickness
     for vertical in (True, False):
         walls = world.vertical if vertical else world.horizontal
         across, along = (x, y) if vertical else (y, x)

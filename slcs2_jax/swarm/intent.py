@@ -63,9 +63,7 @@ def interpret(
     settings = len(vocabulary.CHANNELS) * len(vocabulary.POWERS)
     send_target, send_setting = _divide(action - vocabulary.FIRST_SEND, settings)
     target = jnp.where(moves, move_target, send_target)
-    channel, power = _divide(
-        jnp.where(sends, send_setting, action - vocabulary.FIRST_COLLECT), len(vocabulary.POWERS)
-    )
+    channel, power = _divide(jnp.where(sends, send_setting, action - vocabulary.FIRST_COLLECT), len(vocabulary.POWERS))
     members = jnp.where(sends, observation.heard, observation.everybody.known)
     node = roles.resolve(target, members, observation.everybody)
     place_x, place_y = take(observation.everybody.x, node), take(observation.everybody.y, node)
@@ -74,7 +72,7 @@ def interpret(
     to_jammer = target == vocabulary.JAMMER
     known = jnp.where(
         to_obstacle,
-        obstacle.squared <= parameters.lidar_range * parameters.lidar_range,
+        obstacle.squared <= (parameters.lidar_range + np.float32(geometry.SLACK)) ** 2,
         jnp.where(to_jammer, state.jammer_range > 0, node < members.shape[0]),
     )
     return Intent(
@@ -99,7 +97,7 @@ def _divide(number: jax.Array, by: int) -> tuple[jax.Array, jax.Array]:
 
 
 def nearest_obstacle(state: State, arena: Arena, parameters: SwarmParameters) -> Nearest:
-    """Nearest point that the lidar may see: of a wall's surface, or another agent (spec 4, ``o``); walls first on ties."""
+    """Nearest point of a wall's surface, or of another agent, at any distance (spec 4, ``o``); walls first on ties."""
     n = state.x.shape[0]
     others = lift(~np.eye(n, dtype=bool), state.t)
     x, y = (jnp.broadcast_to(a[:, None], others.shape[:2] + a.shape[1:]) for a in (state.x, state.y))

@@ -42,8 +42,8 @@ def share(state: State) -> State:
     strangers = lift(~np.eye(n, dtype=bool), state.t)
 
     def merge(teacher: jax.Array, known: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
-        told = (heard[teacher], state.known_time[:, teacher, None], state.known_x[:, teacher], state.known_y[:, teacher])
-        listens, time, x, y = told
+        listens, time = heard[teacher], state.known_time[:, teacher, None]
+        x, y = state.known_x[:, teacher], state.known_y[:, teacher]
         newer = listens & (time > known[0]) & strangers
         return (
             jnp.where(newer, time, known[0]),

@@ -34,8 +34,8 @@ class Links:
 def draw(state: State, arena: Arena, radio: RadioParameters) -> jax.Array:
     """The links of time-step ``state.t`` between all nodes: float32 [rows, n + 3, ...], mW at full power, folded.
 
-    Drawn when the step before ends and kept in the state: so the powers, which are costly, are computed once and stored,
-    whatever the compiler makes of those who read them.
+    Drawn when the step before ends and kept in the state: so the powers, which are costly, are computed once and
+    stored, whatever the compiler makes of those who read them.
     """
     x1, x2 = _ends(state.node_x)
     y1, y2 = _ends(state.node_y)
@@ -77,8 +77,9 @@ def _first_in_use(channels: jax.Array) -> tuple[jax.Array, jax.Array]:
     return jnp.stack(first), several
 
 
-# Each link is computed once. The upper triangle of the table of links, sender < receiver, is folded into its upper half:
-# row r holds the links (r, c) for c > r and, in the room that these leave, the links of row count - 1 - r turned round.
+# Each link is computed once. The upper triangle of the table of links, sender < receiver, is folded into its upper
+# half: row r holds the links (r, c) for c > r and, in the room that these leave, the links of row count - 1 - r turned
+# round.
 
 
 def _folded(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

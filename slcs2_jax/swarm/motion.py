@@ -43,9 +43,9 @@ def resolve(
 ) -> tuple[jax.Array, jax.Array]:
     """New positions after everybody's proposed step: float32 [n, ...] twice, m.
 
-    A proposal that would bring an agent nearer than the clearance (or than it is) to a wall, another's place or another's
-    proposal is replaced by its projection on the tangent of the nearest obstacle in its way, if that is allowed; else the
-    agent stays. Tangent steps must keep clear of each other, too, so that no two agents ever overlap.
+    A proposal that would bring an agent nearer than the clearance (or than it is) to a wall, another's place or
+    another's proposal is replaced by its projection on the tangent of the nearest obstacle in its way, if that is
+    allowed; else the agent stays. Tangent steps must keep clear of each other, too, so that no two agents ever overlap.
     """
     x, y = state.x, state.y
     to_x, to_y = x + step_x, y + step_y
@@ -99,9 +99,7 @@ def _blocking_agent(
     return best.or_nearer(squared, take(x, index), take(y, index))
 
 
-def _tangent(
-    state: State, step_x: jax.Array, step_y: jax.Array, obstacle: Nearest
-) -> tuple[jax.Array, jax.Array]:
+def _tangent(state: State, step_x: jax.Array, step_y: jax.Array, obstacle: Nearest) -> tuple[jax.Array, jax.Array]:
     """The part of a step across the direction to the obstacle; no step if the agent touches it."""
     possible = jnp.isfinite(obstacle.squared) & (obstacle.squared > 0)
     distance = jnp.sqrt(jnp.where(possible, obstacle.squared, np.float32(1)))

@@ -60,7 +60,7 @@ def observe(
     running: jax.Array,
 ) -> Observation:
     """Form each agent's observation. Nothing is true for the agents of an episode that is over."""
-    sides = [everybody.source_side, everybody.sink_side, True]
+    sides: list[Any] = [everybody.source_side, everybody.sink_side, True]
     roles = [closest(everybody.known & side, everybody.squared) for side in sides]
     to_sink = jnp.sqrt((arena.estimate_x - state.x) ** 2 + (arena.estimate_y - state.y) ** 2)
     to_source = jnp.sqrt(state.x**2 + state.y**2)
@@ -69,7 +69,6 @@ def observe(
     left = [*roles, to_sink, to_source]
     right = [*roles, everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer]
     node_heard = jnp.any(links.heard[-2:], axis=0)
-    quiet = state.interference <= radio.sensitivity
     holds = {
         "packet": state.holding,
         "no_packet": ~state.holding,
@@ -92,12 +91,14 @@ def observe(
     )
 
 
-def _compare(left: list[jax.Array], right: list[jax.Array], parameters: SwarmParameters) -> dict[tuple[int, int, int], jax.Array]:
+def _compare(
+    left: list[jax.Array], right: list[jax.Array], parameters: SwarmParameters
+) -> dict[tuple[int, int, int], jax.Array]:
     """Truth of every distance clause (left operand, operator, right operand): bool [n, ...] each.
 
-    An undefined operand makes its clause false under every operator. Equality has a tolerance of one step of motion or a
-    share of the right operand, whichever is more, and does not exclude ``<`` and ``>``, which need a difference beyond
-    rounding: the same distance may be computed in two ways.
+    An undefined operand makes its clause false under every operator. Equality has a tolerance of one step of motion or
+    a share of the right operand, whichever is more, and does not exclude ``<`` and ``>``, which need a difference
+    beyond rounding: the same distance may be computed in two ways.
     """
     holds = {}
     for j, b in enumerate(right):

@@ -1,4 +1,4 @@
-"""Packets on the air: collecting at the source, sending, interference, and who holds what afterwards (spec sections 3, 4).
+"""Packets on the air: collecting, sending, interference, and who holds what afterwards (spec sections 3 and 4).
 
 Senders are the agents and, last, the source (row n); receivers the agents, the source (n) and the sink (n + 1).
 """
@@ -99,10 +99,14 @@ def _others(signal: jax.Array) -> jax.Array:
 def _accept(signal: jax.Array, decoded: jax.Array, n: int) -> jax.Array:
     """An agent takes the strongest packet over all channels; source and sink take one per channel."""
     channels, senders, _, *batch = signal.shape
-    flat = (channels * senders, n, *batch)
-    to_agents = _strongest(signal[:, :, :n].reshape(flat), decoded[:, :, :n].reshape(flat))
+
+    def by_sender(table: jax.Array) -> jax.Array:
+        """Agents' share of a table with senders and their channels on one axis: [(n + 1) * C, n, ...]."""
+        return jnp.moveaxis(table[:, :, :n], 0, 1).reshape(senders * channels, n, *batch)
+
+    taken = _strongest(by_sender(signal), by_sender(decoded)).reshape(senders, channels, n, *batch)
     to_nodes = [_strongest(signal[c, :, n:], decoded[c, :, n:]) for c in range(channels)]
-    return jnp.concatenate([to_agents.reshape(channels, senders, n, *batch), jnp.stack(to_nodes)], axis=2)
+    return jnp.concatenate([jnp.moveaxis(taken, 1, 0), jnp.stack(to_nodes)], axis=2)
 
 
 def _strongest(signal: jax.Array, decoded: jax.Array) -> jax.Array:
@@ -134,9 +138,7 @@ def _hand_over(state: State, accepted: jax.Array) -> State:
     word = lift(agent[None, :] // WORD == np.arange(state.history.shape[0])[:, None], state.t)
     place = lift((agent % WORD).astype(np.uint32), state.t)
     own = jnp.where(word, np.uint32(1) << place, np.uint32(0))
-    moved = jnp.sum(
-        jnp.where(passed[:n, :n], state.history[:, :, None], np.uint32(0)), axis=1, dtype=jnp.uint32
-    )
+    moved = jnp.sum(jnp.where(passed[:n, :n], state.history[:, :, None], np.uint32(0)), axis=1, dtype=jnp.uint32)
     history = jnp.where(received, moved | own, jnp.where(sent, np.uint32(0), state.history))
 
     held = (state.history[agent // WORD] >> place[:, None]) & np.uint32(1)  # [holder, sender, ...]

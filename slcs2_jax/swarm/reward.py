@@ -17,9 +17,10 @@ def reward(
 ) -> jax.Array:
     """rho = ln(|rho_p| + 1) sgn(rho_p) + rho_s - C_a: float32 [n, ...].
 
-    ``rho_p`` adds up the approach to the sink, in m, of the packet held through the step and of packets transferred and
-    received; a transfer credits sender and receiver alike, from the places before the step. ``rho_s`` is the approach to
-    the source of an agent that had no packet in the step. Distances to the sink are to where the agents believe it.
+    ``rho_p`` adds up the approach to the sink, in m, of the packet held through the step and of packets transferred
+    and received; a transfer credits sender and receiver alike, from the places before the step. ``rho_s`` is the
+    approach to the source of an agent that had no packet in the step. Distances to the sink are to where the agents
+    believe it.
     """
     n = before.x.shape[0]
     passed = jnp.any(air.accepted, axis=0)

@@ -83,8 +83,9 @@ def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax
     count = members.shape[0]
     node = jnp.where(target == vocabulary.SOURCE, np.int32(count - 2), np.int32(count - 1))
     role = rows(count, target) == node
-    for name, holders in ((vocabulary.SO, everybody.source_side), (vocabulary.SI, everybody.sink_side), (vocabulary.C, True)):
-        role = jnp.where(target == name, holders, role)
+    role = jnp.where(target == vocabulary.SO, everybody.source_side, role)
+    role = jnp.where(target == vocabulary.SI, everybody.sink_side, role)
+    role = jnp.where(target == vocabulary.C, True, role)
     eligible = members & role
     tie = (closest(eligible, everybody.squared) + np.float32(SLACK)) ** 2
     return jnp.min(jnp.where(eligible & (everybody.squared <= tie), rows(count, target), np.int32(count)), axis=0)

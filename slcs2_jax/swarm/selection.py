@@ -9,7 +9,7 @@ import numpy as np
 from slcs2_jax.swarm.state import lift
 
 
-def least(eligible: jax.Array, score: jax.Array) -> tuple[jax.Array, jax.Array]:
+def least(eligible: jax.Array | np.ndarray, score: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The eligible candidate with the least score, the lowest index on ties.
 
     Args:

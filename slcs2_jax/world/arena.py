@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import jax
 import numpy as np
@@ -69,7 +70,7 @@ def stack(
     jammers = np.array([nowhere if s.jammer is None else s.jammer for s in scenarios], np.float32)
     sinks, estimates = (np.array([getattr(s, name) for s in scenarios]) for name in ("sink", "sink_estimate"))
     starts = np.stack([s.start for s in scenarios], axis=-1)
-    return Arena(
+    fields: dict[str, Any] = dict(  # NumPy arrays, until they are put on a device
         sink_x=sinks[:, 0],
         sink_y=sinks[:, 1],
         estimate_x=estimates[:, 0],
@@ -83,6 +84,7 @@ def stack(
         time_limit=np.array([s.time_limit for s in scenarios], np.int32),
         channels=np.array([[c in used for used in channels] for c in range(width)]),
     )
+    return Arena(**fields)
 
 
 def _padded(walls: Sequence[np.ndarray], capacity: int) -> Lines:

@@ -1,7 +1,7 @@
 """Axis-aligned walls: which links cross them, how near they are (spec sections 2 and 4).
 
-A wall is a centre line with a thickness. Vertical ones stand at x = ``at`` and span y in [``low``, ``high``]; horizontal
-ones are the same with x and y exchanged, so every function is written once, for vertical walls.
+A wall is a centre line with a thickness. Vertical ones stand at x = ``at`` and span y in [``low``, ``high``];
+horizontal ones are the same with x and y exchanged, so every function is written once, for vertical walls.
 Walls are the leftmost axis, so that reducing over it leaves the vector lanes to the batch. Links are many: their counts
 stay in registers while blocks of walls pass by; a plain reduction would store every pair of wall and link.
 """
@@ -53,8 +53,10 @@ def slope(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array) -> jax.Arr
 
 
 def count_crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, walls: Walls) -> jax.Array:
-    """How many walls' centre lines each segment crosses (spec 3, ``walls(i, j)``): float32, shape of ``x1`` [P, ...]."""
-    return (_crossings(x1, y1, x2, y2, walls.vertical) + _crossings(y1, x1, y2, x2, walls.horizontal)).astype(jnp.float32)
+    """How many walls' centre lines each segment crosses (spec 3, ``walls(i, j)``): float32, shape of ``x1``."""
+    return (_crossings(x1, y1, x2, y2, walls.vertical) + _crossings(y1, x1, y2, x2, walls.horizontal)).astype(
+        jnp.float32
+    )
 
 
 def _crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, lines: Lines) -> jax.Array:
@@ -86,9 +88,7 @@ class Nearest:
         """Nothing seen yet, shaped as ``like``."""
         return cls(jnp.full_like(like, jnp.inf), jnp.zeros_like(like), jnp.zeros_like(like))
 
-    def or_nearer(
-        self, squared: jax.Array, x: jax.Array, y: jax.Array, valid: jax.Array | bool = True
-    ) -> Nearest:
+    def or_nearer(self, squared: jax.Array, x: jax.Array, y: jax.Array, valid: jax.Array | bool = True) -> Nearest:
         """Replace by a candidate where it is valid and strictly nearer: the first of equals stays."""
         nearer = valid & (squared < self.squared)
         pick = jax.tree_util.Partial(jnp.where, nearer)
@@ -116,7 +116,7 @@ def blocking_wall(
 ) -> Nearest:
     """The nearest point, seen from (x, y), of the walls that forbid a step to (to_x, to_y) (spec 4).
 
-    A wall forbids the step if it ends nearer to the wall's surface than the clearance and than it began, or if it crosses
+    A wall forbids the step if it ends nearer to the wall's surface than the limit and than it began, or if it crosses
     the wall's centre line.
 
     Args:
@@ -128,6 +128,7 @@ def blocking_wall(
     Returns:
         Nearest [n, ...]; squared distance inf where the step is allowed.
     """
+
     def side(x: jax.Array, y: jax.Array, to_x: jax.Array, to_y: jax.Array, lines: Lines) -> Nearest:
         rise = slope(x, y, to_x, to_y)
 
@@ -142,9 +143,7 @@ def blocking_wall(
     return vertical.or_nearer(horizontal.squared, horizontal.y, horizontal.x)
 
 
-def _squared(
-    x: jax.Array, y: jax.Array, half: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array
-) -> jax.Array:
+def _squared(x: jax.Array, y: jax.Array, half: jax.Array, at: jax.Array, low: jax.Array, high: jax.Array) -> jax.Array:
     """Squared distance of places to vertical walls' surfaces, m2; inf for padding."""
     across = jnp.maximum(jnp.abs(x - at) - half, np.float32(0))
     along = jnp.maximum(jnp.maximum(low - y, y - high), np.float32(0))

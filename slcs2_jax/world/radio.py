@@ -1,4 +1,4 @@
-"""The radio: log-distance path loss, shadowing, walls and the signal to interference plus noise ratio (spec section 3)."""
+"""The radio: log-distance path loss, shadowing, walls, signal to interference plus noise ratio (spec section 3)."""
 
 from __future__ import annotations
 

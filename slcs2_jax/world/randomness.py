@@ -1,8 +1,8 @@
 """Random numbers of an episode: a counter-based hash, so that a draw depends on its name and never on the batch.
 
-A draw is named by (episode key, time-step, purpose, index). The same name gives the same 32 bits on every backend, in any
-batch, in any order; nothing has to be carried from step to step. The mixing function is Wellons' ``lowbias32`` with the
-second half of the 64-bit stream state added between its two rounds; ``tests/world/test_randomness.py`` tests the statistics.
+A draw is named by (episode key, time-step, purpose, index). The same name gives the same 32 bits on every backend, in
+any batch, in any order; nothing has to be carried from step to step. The mixing function is Wellons' ``lowbias32`` with
+the second half of the 64-bit stream state added between its two rounds; the tests look at the statistics.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def mix(x: jax.Array) -> jax.Array:
     return _second_round(_first_round(x))
 
 
-def bits(key: jax.Array, t: jax.Array, purpose: Purpose, index: jax.Array) -> jax.Array:
+def bits(key: jax.Array, t: jax.Array, purpose: Purpose, index: jax.Array | np.ndarray) -> jax.Array:
     """Uniform 32-bit words for time-step ``t``.
 
     Args:

@@ -1,4 +1,4 @@
-"""Scenarios: one environment instance each, from (type, range, seed) and the world's settings alone (spec section 2)."""
+"""Scenarios: one environment instance each, from type, range, seed and the world's settings (spec section 2)."""
 
 from __future__ import annotations
 

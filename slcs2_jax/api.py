@@ -1,0 +1,84 @@
+"""The main jobs from Python: deploy a solution, evolve one, evaluate a saved one. Importing this starts JAX.
+
+Each sets JAX up as the command line does (`runtime.configure`), where JAX does not run yet.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slcs2_jax import runtime
+from slcs2_jax.config import InputError, Settings
+from slcs2_jax.evolution import driver
+from slcs2_jax.evolution.evaluation import Deployment
+from slcs2_jax.evolution.schedule import play
+from slcs2_jax.evolution.tasks import Measurement, Site
+from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, make_rule
+from slcs2_jax.results import EvaluationSummary, Report, RunSummary, SavedSolution
+from slcs2_jax.world.scenario import Scenario
+
+
+def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deployments: int = 1) -> list[Deployment]:
+    """Episodes of a solution in one scenario, each with randomness of its own (spec section 7).
+
+    Args:
+        settings: radio, swarm, learning and rules; of the world the thickness of walls alone is looked at.
+        scenario: where, from `make_scenario` or made by hand.
+        rules: mask uint32[n, R, 4] and action uint8[n, R].
+        deployments: how many episodes; episode i is the same in every call.
+
+    Returns:
+        For each its fitness, packets delivered, steps, and per agent and rule what was learnt.
+
+    Raises:
+        InputError: fewer than one deployment, or a scenario or rules that the settings do not fit.
+    """
+    named = settings.rules
+    grammar = load_grammar(
+        named.grammar, max_clauses=named.max_clauses, single_option_consumes=named.single_option_consumes
+    )
+    _check(settings, scenario, rules, grammar, deployments)
+    runtime.configure(settings.compute)
+    task = Measurement(Site(scenario, grammar.channels_used, settings.swarm.packets), rules, deployments)
+    play([task], driver.make_rollout(settings, [grammar], [task.site], deployments), lambda: None)
+    return task.deployments
+
+
+def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Grammar, deployments: int) -> None:
+    """Refuse what would otherwise be computed wrongly without a word."""
+    if deployments < 1:
+        raise InputError(f"deployments={deployments}: accepted is a whole number from 1")
+    size = (settings.swarm.agents, settings.rules.rules)
+    if rules.action.shape != size:
+        raise InputError(f"rules: {list(rules.action.shape)} agents and rules; accepted are {list(size)}")
+    if len(scenario.start) != size[0]:
+        raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {size[0]}")
+    if scenario.wall_thickness != settings.world.wall_thickness:
+        raise InputError(
+            f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {settings.world.wall_thickness:g} m, "
+            "as world.wall_thickness says"
+        )
+    known = make_rule(grammar.clauses, grammar.actions[0]).mask()
+    foreign = (rules.mask & ~known).any(axis=-1) | ~np.isin(rules.action, grammar.actions)
+    if foreign.any():
+        agent, index = (int(place) for place in np.argwhere(foreign)[0])
+        raise InputError(f"rules: '{rules.text(agent, index)}' cannot be said in grammar={settings.rules.grammar}")
+
+
+def evolve(*settings: Settings, report: Report | None = None) -> list[RunSummary]:
+    """Evolve a run for each of the settings, together in one batch where they can share one; `driver.evolve`.
+
+    A run whose `run_dir` is set leaves a run folder there; `read_run` reads it.
+    """
+    if not settings:
+        raise InputError("settings: none given; at least one is required")
+    runtime.configure(settings[0].compute)
+    return driver.evolve(settings, report=report)
+
+
+def evaluate(
+    settings: Settings, solution: SavedSolution, *, deployments: int = 1, report: Report | None = None
+) -> EvaluationSummary:
+    """Deploy a saved solution in the scenarios of `settings.instances` seeds; `driver.evaluate`."""
+    runtime.configure(settings.compute)
+    return driver.evaluate(settings, solution, deployments=deployments, report=report)
