@@ -1,0 +1,122 @@
+"""The Python interface: names that cost nothing until used, and deploy, evolve, evaluate in small worlds."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import slcs2_jax as slcs2
+
+AGENTS, RULES = 3, 10
+
+
+@pytest.fixture(scope="module")
+def settings() -> slcs2.Settings:
+    return slcs2.Settings(
+        world=slcs2.World(distance=190.0, time_limit=200),
+        swarm=slcs2.Swarm(agents=AGENTS, packets=4),
+        rules=slcs2.Rules(rules=RULES),
+        search=slcs2.Search(generations=2, fresh_deployments=3),
+        compute=slcs2.Compute(devices=1, cache=False, chunk=50),
+        instances=1,
+    )
+
+
+@pytest.fixture(scope="module")
+def rules() -> slcs2.RuleSets:
+    return slcs2.random_rule_sets(slcs2.load_grammar("main"), AGENTS, RULES, np.random.default_rng(4))
+
+
+def python(code: str) -> str:
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+
+
+def test_importing_starts_neither_jax_nor_hydra():
+    code = "import slcs2_jax, sys; print([m for m in ('jax', 'numpy', 'hydra', 'omegaconf') if m in sys.modules])"
+    assert python(code) == "[]\n"
+
+
+def test_only_what_computes_starts_jax():
+    quick = sorted(set(slcs2.__all__) - {"deploy", "evaluate", "evolve"})
+    code = f"import slcs2_jax, sys; [getattr(slcs2_jax, name) for name in {quick}]; print('jax' in sys.modules)"
+    assert python(code) == "False\n"
+
+
+def test_every_name_is_there_and_documented():
+    for name in slcs2.__all__:
+        value = getattr(slcs2, name)
+        assert name in dir(slcs2)
+        assert name == "__version__" or value.__doc__, name
+
+
+def test_a_name_is_the_thing_itself_and_not_a_copy():
+    from slcs2_jax import api, config, grammar, results
+
+    assert slcs2.Settings is config.Settings
+    assert slcs2.RuleSets is grammar.RuleSets
+    assert slcs2.read_run is results.read_run
+    assert slcs2.evolve is api.evolve
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'evolution_strategy'"):
+        slcs2.evolution_strategy  # noqa: B018
+
+
+def test_deployments_differ_from_each_other_and_not_from_call_to_call(settings, rules):
+    scenario = slcs2.make_scenario(settings, 3)
+    episodes = slcs2.deploy(settings, scenario, rules, deployments=4)
+    assert len({episode.quality.tobytes() for episode in episodes}) == 4
+    for episode in episodes:
+        assert episode.fitness == episode.delivered / 4 - episode.steps / 200
+        assert (episode.usage.shape, episode.contribution.shape) == ((AGENTS, RULES), (AGENTS,))
+    again = slcs2.deploy(settings, scenario, rules, deployments=2)
+    for one, other in zip(again, episodes, strict=False):
+        for field in dataclasses.fields(one):
+            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+def test_a_scenario_made_by_hand(settings, rules):
+    scenario = slcs2.make_scenario(settings, 0)
+    fence = np.array([[60.0, -300.0, 300.0]], np.float32)
+    fenced = dataclasses.replace(scenario, vertical=fence, sink=np.array([400.0, 0.0], np.float32))
+    [episode] = slcs2.deploy(settings, fenced, rules)
+    assert episode.delivered == 0, "the sink is beyond the fence and out of reach"
+
+
+def test_deploy_refuses_what_it_would_compute_wrongly(settings, rules):
+    scenario = slcs2.make_scenario(settings, 0)
+    more = dataclasses.replace(settings, swarm=slcs2.Swarm(agents=AGENTS + 1))
+    both = slcs2.random_rule_sets(slcs2.load_grammar("both"), AGENTS, RULES, np.random.default_rng(0))
+    thick = dataclasses.replace(scenario, wall_thickness=2.0)
+    starts = dataclasses.replace(scenario, start=scenario.start[:2])
+    for arguments, part in (
+        ((more, scenario, rules), r"rules: \[3, 10\] agents and rules; accepted are \[4, 10\]"),
+        ((settings, starts, rules), "scenario: starts for 2 agents; accepted are 3"),
+        ((settings, thick, rules), "scenario: walls 2 m thick; accepted is 1 m"),
+        ((settings, scenario, both), "rules: '.*=>.*' cannot be said in grammar=main"),
+    ):
+        with pytest.raises(slcs2.InputError, match=part):
+            slcs2.deploy(*arguments)
+    with pytest.raises(slcs2.InputError, match="deployments=0: accepted is a whole number from 1"):
+        slcs2.deploy(settings, scenario, rules, deployments=0)
+
+
+def test_evolve_then_evaluate(settings, tmp_path):
+    settings = dataclasses.replace(settings, run_dir=str(tmp_path / "run"))
+    [run] = slcs2.evolve(settings)
+    best = slcs2.read_run(run.run_dir).best(0)
+    [instance] = run.instances
+    assert best.fitness == instance.best_fitness
+    assert slcs2.evaluate(settings, best, deployments=3).mean == instance.fresh_mean
+    episodes = slcs2.deploy(settings, slcs2.make_scenario(settings, 0), best.rules, deployments=3)
+    assert np.mean([episode.fitness for episode in episodes]) == pytest.approx(instance.fresh_mean, abs=1e-12)
+
+
+def test_evolve_needs_settings():
+    with pytest.raises(slcs2.InputError, match="settings: none given"):
+        slcs2.evolve()

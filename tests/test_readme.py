@@ -1,0 +1,94 @@
+"""The README tells the truth: its commands and code run, its table of values is current, its links lead somewhere."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slcs2_jax.config.table import settings_markdown
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+
+SET_UP = [block for _, block in BLOCKS if block.startswith("bash scripts/")]  # run by .ci/run, as they stand
+TO_RUN = [(kind, block) for kind, block in BLOCKS if kind != "text" and block not in SET_UP]
+
+
+def name(value: object) -> str:
+    return re.sub(r"\W+", "-", str(value))[:40]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """Where a reader would be: blocks run here one after the other and find what those before them left."""
+    return tmp_path_factory.mktemp("reader")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "block"), TO_RUN, ids=name)
+def test_every_block_runs(kind, block, folder):
+    commands = {"bash": ["bash", "-euo", "pipefail", "-c"], "python": [sys.executable, "-W", "error", "-c"]}
+    kept = {variable: value for variable, value in os.environ.items() if not variable.startswith(("JAX_", "XLA_"))}
+    path = f"{Path(sys.executable).parent}{os.pathsep}{kept['PATH']}"  # what activating does
+    done = subprocess.run(
+        [*commands[kind], block],
+        cwd=folder,
+        env=kept | {"PATH": path, "JAX_PLATFORMS": "cpu", "XDG_CACHE_HOME": str(folder / "cache")},
+        capture_output=True,
+        text=True,
+        timeout=1800,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.strip(), "a command of the README that shows nothing"
+
+
+def test_there_are_blocks_and_each_is_of_a_known_kind():
+    assert {kind for kind, _ in BLOCKS} == {"bash", "python", "text"}
+    assert [kind for kind, _ in TO_RUN].count("python") == 1
+
+
+def test_the_set_up_commands_are_what_ci_runs():
+    assert [block.strip() for block in SET_UP] == ["bash scripts/demo", "bash scripts/test"]
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    for block in SET_UP:
+        assert block.strip() in lines
+    assert [line for line in lines if line][-1] == "bash scripts/test"
+
+
+def test_the_code_block_is_ten_lines():
+    [code] = [block for kind, block in TO_RUN if kind == "python"]
+    calls = [line for line in code.splitlines() if line and not line.startswith("import")]
+    assert len(calls) <= 10
+
+
+def test_the_table_of_values_is_current():
+    shown = re.search(r"^<!-- settings: .*?-->\n(.*?)^<!-- end of settings -->$", README, re.MULTILINE | re.DOTALL)
+    assert shown is not None
+    assert shown[1] == settings_markdown(), "print it again with the command above the table"
+
+
+def test_links_within_the_repository_lead_somewhere():
+    targets = [target for target in re.findall(r"\]\(([^)]+)\)", README) if "://" not in target]
+    assert targets
+    assert [target for target in targets if not (ROOT / target).exists()] == []
+
+
+def test_scripts_that_are_named_exist():
+    for script in set(re.findall(r"bash (scripts/\w+)", README)):
+        assert (ROOT / script).is_file(), script
+
+
+def test_every_field_of_a_row_is_explained():
+    from dataclasses import fields
+
+    from slcs2_jax.evolution import HistoryRow
+
+    table = README[README.index("Fields of a row") :]
+    for field in ("instance", "seed", *(field.name for field in fields(HistoryRow))):
+        assert f"`{field}`" in table, field
