@@ -1,0 +1,104 @@
+"""Best fitness so far, evolution beside random search: python scripts/plot_curves.py OUT.png NAME RUN RANDOM [...].
+
+NAME titles a panel, RUN is the folder of an evolution run and RANDOM that of scripts/random_search.py for it. Curves
+are means over the instances; bands are 90 % confidence intervals of the mean (Student's t). The figures are printed as
+a Markdown table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slcs2_jax.config import InputError
+from slcs2_jax.results import FinishedRun, read_run
+
+COLOURS = {"evolution": "#0072b2", "random search": "#d55e00"}
+
+
+def curves(run: FinishedRun) -> NDArray[np.float64]:
+    """Best so far after each evaluation: [instances, evaluations], up to the evaluations that every instance made.
+
+    A solution counts from its last deployment on; until the first one is through, its fitness stands for it.
+    """
+    rows: dict[int, list[dict]] = {}
+    for row in run.rows:
+        rows.setdefault(row["instance"], []).append(row)
+    if len(rows) < 2:
+        raise InputError(f"{run.path}: rows of {len(rows)} instance(s); at least two are required for an interval")
+    steps = []
+    for own in rows.values():
+        own.sort(key=lambda row: row["generation"])
+        best = [row["best"] for row in own]
+        deployments = [row["deployments"] for row in own]
+        steps.append(np.repeat([best[0], *best], [deployments[0] - 1, *deployments[1:], 1]))
+    shortest = min(map(len, steps))
+    return np.array([one[:shortest] for one in steps])
+
+
+def half_width(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Half the 90 % confidence interval of the mean along the first axis."""
+    from scipy.stats import t
+
+    count = len(values)
+    return t.ppf(0.95, count - 1) * values.std(axis=0, ddof=1) / np.sqrt(count)
+
+
+def table_row(name: str, search: str, run: FinishedRun) -> str:
+    """One line of the Markdown table."""
+    if run.summary is None:
+        raise InputError(f"{run.path}: is not finished; accepted is a folder with a summary.json")
+    instances = run.summary["instances"]
+
+    def figure(field: str) -> str:
+        values = np.array([one[field] for one in instances])
+        return f"{values.mean():.3f} ± {half_width(values):.3f}"
+
+    evaluations = np.mean([one["evaluations"] for one in instances])
+    return (
+        f"| {name} | {search} | {len(instances)} | {evaluations:,.0f} | {figure('best_fitness')} | "
+        f"{figure('fresh_mean')} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", help="picture to write")
+    parser.add_argument("panels", nargs="+", metavar="NAME RUN RANDOM", help="a panel's title and its two run folders")
+    arguments = parser.parse_args()
+    if len(arguments.panels) % 3:
+        parser.error("panels come as NAME RUN RANDOM")
+    panels = [arguments.panels[place : place + 3] for place in range(0, len(arguments.panels), 3)]
+
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, len(panels), figsize=(4.5 * len(panels), 3.2), sharey=True, squeeze=False)
+    lines = ["| world | search | instances | evaluations | best fitness | winner, fresh |", "|---|---|---|---|---|---|"]
+    for axis, (name, *folders) in zip(axes[0], panels, strict=True):
+        for (search, colour), folder in zip(COLOURS.items(), folders, strict=True):
+            run = read_run(folder)
+            best = curves(run)
+            evaluations, mean, half = np.arange(1, best.shape[1] + 1), best.mean(axis=0), half_width(best)
+            axis.plot(evaluations, mean, color=colour, label=search)
+            axis.fill_between(evaluations, mean - half, mean + half, color=colour, alpha=0.2, linewidth=0)
+            lines.append(table_row(name, search, run))
+        axis.set(title=name, xlabel="evaluations (episodes) per instance")
+        axis.grid(alpha=0.3)
+    axes[0, 0].set_ylabel("best fitness so far")
+    axes[0, 0].legend(loc="lower right")
+    figure.tight_layout()
+    figure.savefig(arguments.out, dpi=150)
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        sys.exit(f"plot_curves: error: {error}")
