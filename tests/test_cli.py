@@ -184,6 +184,12 @@ def test_a_sweep_is_one_call(driver, tmp_path):
     ]
 
 
+def test_an_option_may_stand_anywhere(driver):
+    assert cli.main(["evolve", "seed=1,2", "-m", "generations=3"]) == 0
+    [settings] = driver.evolved
+    assert [run.seed for run in settings] == [1, 2]
+
+
 def test_another_launcher_is_many_calls(driver):
     assert cli.main(["evolve", "-m", "seed=1,2", "hydra/launcher=basic", "run_dir=all"]) == 0
     assert [[run.seed for run in settings] for settings in driver.evolved] == [[1], [2]]
@@ -242,8 +248,9 @@ def test_an_input_error_from_below_is_one_line(driver, monkeypatch, capfd):
     assert refused(capfd, "evolve") == "slcs2: error: world: no place for the walls\n"
 
 
-def test_the_composed_configuration_can_be_shown(driver, capfd):
-    assert cli.main(["evolve", "--cfg", "job", "seed=9"]) == 0
+@pytest.mark.parametrize("arguments", [["--cfg", "job", "seed=9"], ["seed=9", "--cfg", "job"]])
+def test_the_composed_configuration_can_be_shown(arguments, driver, capfd):
+    assert cli.main(["evolve", *arguments]) == 0
     assert "seed: 9" in capfd.readouterr().out
     assert driver.evolved == []
 
