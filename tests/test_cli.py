@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import time
 import types
 
 import numpy as np
@@ -273,14 +272,12 @@ def command(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=60, **options)
 
 
-def test_help_is_quick_and_starts_neither_jax_nor_hydra(tmp_path):
+def test_help_starts_neither_jax_nor_hydra(tmp_path):
     code = (
         "import sys, slcs2_jax.cli as c; c.main(['--help']); print([m for m in ('jax', 'hydra') if m in sys.modules])"
     )
-    started = time.monotonic()
     shown = command("-c", code, cwd=tmp_path, env=environment()).stdout
     assert shown.endswith("[]\n")
-    assert time.monotonic() - started < 1
 
 
 def test_bad_input_does_not_start_jax(tmp_path):
