@@ -1,7 +1,6 @@
 """Decoding: worked by hand, against another implementation, the fast way against the readable one, and in the large."""
 
 import math
-import time
 
 import alogos
 import numpy as np
@@ -315,16 +314,3 @@ def test_random_rules_refused():
     for count, codons in ((-1, 40), (1, 0), (1, 1025)):
         with pytest.raises(InputError, match=r"count|codons"):
             random_rules(grammar, count, rng, codons=codons)
-
-
-def test_speed():
-    """A floor far under what is measured (above a million rules/s): a search asks for some 200 000 new rules per
-    generation of a batch."""
-    grammar, rng = load_grammar("both"), np.random.default_rng(0)
-    random_rules(grammar, 1000, rng)
-    best = math.inf
-    for _ in range(5):
-        began = time.perf_counter()
-        random_rules(grammar, 40_000, rng)
-        best = min(best, time.perf_counter() - began)
-    assert 40_000 / best > 200_000
