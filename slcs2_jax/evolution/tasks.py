@@ -145,7 +145,7 @@ class Run:
 
     @property
     def hope(self) -> float:
-        """The fitness to expect: of the deployments taken, or else the parent's."""
+        """The fitness to expect: the parent's."""
         return self._parent
 
     def wanted(self, ahead: int) -> list[Name]:
