@@ -48,20 +48,18 @@ def half_width(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def table_row(name: str, search: str, run: FinishedRun) -> str:
-    """One line of the Markdown table."""
-    if run.summary is None:
-        raise InputError(f"{run.path}: is not finished; accepted is a folder with a summary.json")
-    instances = run.summary["instances"]
+    """One line of the Markdown table; of an unfinished run, what its rows say."""
+    last = {row["instance"]: row["best"] for row in run.rows}
+    spent = sum(row["deployments"] for row in run.rows) / len(last)
+    fresh = "not finished"
+    if run.summary is not None:
+        fresh = figure([one["fresh_mean"] for one in run.summary["instances"]])
+    return f"| {name} | {search} | {len(last)} | {spent:,.0f} | {figure(list(last.values()))} | {fresh} |"
 
-    def figure(field: str) -> str:
-        values = np.array([one[field] for one in instances])
-        return f"{values.mean():.3f} ± {half_width(values):.3f}"
 
-    evaluations = np.mean([one["evaluations"] for one in instances])
-    return (
-        f"| {name} | {search} | {len(instances)} | {evaluations:,.0f} | {figure('best_fitness')} | "
-        f"{figure('fresh_mean')} |"
-    )
+def figure(values: list[float]) -> str:
+    """Mean over the instances and half its 90 % confidence interval."""
+    return f"{np.mean(values):.3f} ± {half_width(np.array(values)):.3f}"
 
 
 def main() -> None:
