@@ -10,7 +10,9 @@ import numpy as np
 
 from slcs2_jax.control import grasp, matching, qlearning, strength
 from slcs2_jax.control.learning import LearningParameters
+from slcs2_jax.control.strength import gain as gain  # a part of the interface: see ``controller``
 from slcs2_jax.world import randomness
+from slcs2_jax.world.stored import stored
 
 
 @jax.tree_util.register_dataclass
@@ -86,11 +88,17 @@ def decide(
     quality, error = _learn(memory, match, share, learning)
     count, n = rules.action.shape[:2]
     number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * t.ndim)
-    lots = randomness.bits(key, t, randomness.Purpose.RULE, number)
+    stream = stored(randomness.stream(key, t, randomness.Purpose.RULE), learning.beta_q)
+    lots = randomness.bits(stream, number)
     action = grasp.choose(match, quality, rules.action, lots, learning.alpha_grasp)
     members = match & (rules.action == action.astype(jnp.uint8))
     trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
     return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
+
+
+def remember(memory: Memory, reward: jax.Array) -> Memory:
+    """Keep the reward of the action just taken, float32 [n, ...], to learn from when the next step is seen."""
+    return dataclasses.replace(memory, reward=reward)
 
 
 def settle(memory: Memory, gains: jax.Array, learning: LearningParameters) -> Memory:

@@ -10,6 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.world.stored import stored
+
 HISTORY_BITS = 32
 
 
@@ -43,7 +45,7 @@ def settle(
     length, depth = gains.shape[0], recent.shape[0]
     latest_first = jnp.concatenate([gains[::-1], recent])
     credit = _credit(latest_first, decay, depth + 1, range(depth, depth + length))
-    strength = _pay(strength, trace, credit, range(depth, depth + length))
+    strength = _pay(strength, trace, stored(credit, decay), range(depth, depth + length))
     fresh = trace & np.uint32((1 << length) - 1)
     return strength, usage + jax.lax.population_count(fresh).astype(jnp.int32), latest_first[:depth]
 

@@ -65,7 +65,7 @@ def interpret(
     target = jnp.where(moves, move_target, send_target)
     channel, power = _divide(jnp.where(sends, send_setting, action - vocabulary.FIRST_COLLECT), len(vocabulary.POWERS))
     members = jnp.where(sends, observation.heard, observation.everybody.known)
-    node = roles.resolve(target, members, observation.everybody)
+    node = roles.resolve(target, members, observation.everybody, parameters.speed)
     place_x, place_y = take(observation.everybody.x, node), take(observation.everybody.y, node)
     obstacle = nearest_obstacle(state, arena, parameters)
     to_obstacle = target == vocabulary.OBSTACLE
@@ -101,6 +101,6 @@ def nearest_obstacle(state: State, arena: Arena, parameters: SwarmParameters) ->
     n = state.x.shape[0]
     others = lift(~np.eye(n, dtype=bool), state.t)
     x, y = (jnp.broadcast_to(a[:, None], others.shape[:2] + a.shape[1:]) for a in (state.x, state.y))
-    index, squared = least(others, (x - state.x) ** 2 + (y - state.y) ** 2)
+    index, squared = least(others, (x - state.x) ** 2 + (y - state.y) ** 2, parameters.speed)
     best = geometry.nearest_wall(state.x, state.y, parameters.half_thickness, arena.walls)
     return best.or_nearer(squared, take(x, index), take(y, index))

@@ -23,7 +23,7 @@ def update(state: State, links: Links, arena: Arena, radio: RadioParameters) -> 
     return dataclasses.replace(
         state,
         heard=links.heard,
-        known_time=jnp.where(heard, state.t, state.known_time),
+        known_time=jnp.maximum(state.known_time, jnp.where(heard, state.t, UNKNOWN)),  # the fastest form of a choice
         known_x=jnp.where(heard, state.x[:, None], state.known_x),
         known_y=jnp.where(heard, state.y[:, None], state.known_y),
         jammer_range=jnp.where(
@@ -41,20 +41,23 @@ def share(state: State) -> State:
     heard = state.heard[:n]
     strangers = lift(~np.eye(n, dtype=bool), state.t)
 
-    def merge(teacher: jax.Array, known: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
-        listens, time = heard[teacher], state.known_time[:, teacher, None]
-        x, y = state.known_x[:, teacher], state.known_y[:, teacher]
-        newer = listens & (time > known[0]) & strangers
-        return (
-            jnp.where(newer, time, known[0]),
-            jnp.where(newer, x[:, None], known[1]),
-            jnp.where(newer, y[:, None], known[2]),
-        )
+    def told(table: jax.Array, counts: jax.Array, nothing: np.ndarray) -> jax.Array:
+        """The greatest of what self's teachers that count say of other: [other, teacher, ...] -> [other, self, ...]."""
+        said = jnp.swapaxes(table, 0, 1)[:, :, None]
+        return jnp.max(jnp.where(counts, said, nothing), axis=0)
 
-    time, x, y = jax.lax.fori_loop(0, n, merge, (state.known_time, state.known_x, state.known_y))
-    told = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
+    latest = told(state.known_time, heard[:, None], UNKNOWN)
+    source = heard[:, None] & (jnp.swapaxes(state.known_time, 0, 1)[:, :, None] == latest)
+    newer = (latest > state.known_time) & strangers
+    x = told(state.known_x, source, np.float32(-np.inf))
+    y = told(state.known_y, source, np.float32(-np.inf))
+    jammer = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
     return dataclasses.replace(
-        state, known_time=time, known_x=x, known_y=y, jammer_range=jnp.maximum(state.jammer_range, told)
+        state,
+        known_time=jnp.where(newer, latest, state.known_time),
+        known_x=jnp.where(newer, x, state.known_x),
+        known_y=jnp.where(newer, y, state.known_y),
+        jammer_range=jnp.maximum(state.jammer_range, jammer),
     )
 
 

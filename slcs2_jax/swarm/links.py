@@ -13,6 +13,7 @@ from slcs2_jax.world import randomness
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import count_crossings
 from slcs2_jax.world.radio import RadioParameters, decodable, received_power
+from slcs2_jax.world.stored import stored
 
 
 @jax.tree_util.register_dataclass
@@ -40,7 +41,8 @@ def draw(state: State, arena: Arena, radio: RadioParameters) -> jax.Array:
     x1, x2 = _ends(state.node_x)
     y1, y2 = _ends(state.node_y)
     number = lift(_number(state.node_x.shape[0]), state.t)
-    words = randomness.bits(state.key, state.t, randomness.Purpose.SHADOWING, number)
+    stream = stored(randomness.stream(state.key, state.t, randomness.Purpose.SHADOWING), radio.sensitivity)
+    words = randomness.bits(stream, number)
     squared = (x2 - x1) ** 2 + (y2 - y1) ** 2
     walls = count_crossings(x1, y1, x2, y2, arena.walls)
     return received_power(squared, walls, randomness.normal(words), radio)

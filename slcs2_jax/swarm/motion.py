@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import operator
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +15,7 @@ from slcs2_jax.swarm.selection import least, take
 from slcs2_jax.swarm.state import State, SwarmParameters, lift
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import Nearest, blocking_wall
+from slcs2_jax.world.stored import stored
 
 
 def proposed_step(state: State, intent: Intent, parameters: SwarmParameters) -> tuple[jax.Array, jax.Array]:
@@ -57,11 +61,11 @@ def resolve(
     slide_x, slide_y = _tangent(state, step_x, step_y, obstacle)
     side_x, side_y = x + slide_x, y + slide_y
     wall = blocking_wall(x, y, side_x, side_y, parameters.clear, parameters.half_thickness, arena.walls)
-    hindered = jnp.isfinite(wall.squared)
-    for other_x, other_y, counts in ((x, y, True), (to_x, to_y, True), (side_x, side_y, refused[:, None])):
-        hindered = hindered | jnp.any(_too_near(state, side_x, side_y, other_x, other_y, parameters) & counts, axis=0)
+    others = ((x, y, True), (to_x, to_y, True), (side_x, side_y, refused[:, None]))
+    in_the_way = [_too_near(state, side_x, side_y, x, y, parameters) & counts for x, y, counts in others]
+    hindered = jnp.any(stored(functools.reduce(operator.or_, in_the_way), parameters.speed), axis=0)
 
-    slides = refused & ~hindered
+    slides = refused & ~hindered & jnp.isinf(wall.squared)
     new_x = jnp.where(refused, jnp.where(slides, side_x, x), to_x)
     new_y = jnp.where(refused, jnp.where(slides, side_y, y), to_y)
     return new_x, new_y
@@ -95,7 +99,7 @@ def _blocking_agent(
     """Let the nearest agent that forbids the move replace ``best`` where it is nearer, seen from the present place."""
     blocks = _too_near(state, to_x, to_y, other_x, other_y, parameters)
     x, y = (jnp.broadcast_to(a[:, None], blocks.shape) for a in (other_x, other_y))
-    index, squared = least(blocks, (x - state.x) ** 2 + (y - state.y) ** 2)
+    index, squared = least(blocks, (x - state.x) ** 2 + (y - state.y) ** 2, parameters.speed)
     return best.or_nearer(squared, take(x, index), take(y, index))
 
 

@@ -16,6 +16,7 @@ from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import SLACK
 from slcs2_jax.world.radio import RadioParameters
+from slcs2_jax.world.stored import stored
 
 WORD_BITS = 32
 
@@ -78,7 +79,7 @@ def observe(
         "distance": _compare(left, right, parameters),
     }
     return Observation(
-        truth=jnp.where(running, _pack(holds), np.uint32(0)),
+        truth=stored(jnp.where(running, _pack(holds), np.uint32(0)), parameters.speed),
         left=jnp.stack(left),
         right=jnp.stack(right),
         holding=state.holding,

@@ -13,7 +13,7 @@ import numpy as np
 
 from slcs2_jax.swarm.intent import Intent
 from slcs2_jax.swarm.links import Links
-from slcs2_jax.swarm.selection import rows
+from slcs2_jax.swarm.selection import least, rows
 from slcs2_jax.swarm.state import WORD, State, lift
 from slcs2_jax.world import randomness
 from slcs2_jax.world.radio import RadioParameters, decodable
@@ -46,7 +46,7 @@ def transfer(state: State, links: Links, intent: Intent, radio: RadioParameters)
         served = served + jnp.any(asker, axis=0).astype(jnp.int32)
         channels.append(_transmit(channel, asker, state, links, intent, radio))
     signal, wanted, decoded = (jnp.stack(parts) for parts in zip(*channels, strict=True))
-    air = Air(signal, wanted, decoded, _accept(signal, decoded, state.x.shape[0]))
+    air = Air(signal, wanted, decoded, _accept(signal, decoded, state.x.shape[0], radio.noise))
     return _hand_over(_measure(state, air, links, radio), air.accepted), air
 
 
@@ -55,7 +55,8 @@ def _chosen_asker(channel: int, left: jax.Array, state: State, links: Links, int
     n = state.x.shape[0]
     asks = intent.collects & (intent.channel == channel) & links.heard[n] & ~state.holding & left
     number = rows(n, state.t)
-    lot = randomness.bits(state.key, state.t, randomness.Purpose.COLLECT, number.astype(np.uint32))
+    stream = randomness.stream(state.key, state.t, randomness.Purpose.COLLECT)
+    lot = randomness.bits(stream, number.astype(np.uint32))
     lot = jnp.where(asks, lot, np.uint32(0))
     drawn = asks & (lot == jnp.max(lot, axis=0))
     return number == jnp.min(jnp.where(drawn, number, np.int32(n)), axis=0)
@@ -96,7 +97,7 @@ def _others(signal: jax.Array) -> jax.Array:
     return jnp.where(sender == first, rest, rest + (strongest - signal))
 
 
-def _accept(signal: jax.Array, decoded: jax.Array, n: int) -> jax.Array:
+def _accept(signal: jax.Array, decoded: jax.Array, n: int, witness: jax.Array) -> jax.Array:
     """An agent takes the strongest packet over all channels; source and sink take one per channel."""
     channels, senders, _, *batch = signal.shape
 
@@ -104,17 +105,15 @@ def _accept(signal: jax.Array, decoded: jax.Array, n: int) -> jax.Array:
         """Agents' share of a table with senders and their channels on one axis: [(n + 1) * C, n, ...]."""
         return jnp.moveaxis(table[:, :, :n], 0, 1).reshape(senders * channels, n, *batch)
 
-    taken = _strongest(by_sender(signal), by_sender(decoded)).reshape(senders, channels, n, *batch)
-    to_nodes = [_strongest(signal[c, :, n:], decoded[c, :, n:]) for c in range(channels)]
+    taken = _strongest(by_sender(signal), by_sender(decoded), witness).reshape(senders, channels, n, *batch)
+    to_nodes = [_strongest(signal[c, :, n:], decoded[c, :, n:], witness) for c in range(channels)]
     return jnp.concatenate([jnp.moveaxis(taken, 1, 0), jnp.stack(to_nodes)], axis=2)
 
 
-def _strongest(signal: jax.Array, decoded: jax.Array) -> jax.Array:
+def _strongest(signal: jax.Array, decoded: jax.Array, witness: jax.Array) -> jax.Array:
     """Mark the strongest decoded signal at each receiver, the first of equals: bool [senders, receivers, ...]."""
-    sender = rows(signal.shape[0], signal[0])
-    best = jnp.max(jnp.where(decoded, signal, np.float32(0)), axis=0)
-    first = jnp.min(jnp.where(decoded & (signal == best), sender, np.int32(signal.shape[0])), axis=0)
-    return sender == first
+    first, _ = least(decoded, -signal, witness)
+    return rows(signal.shape[0], signal[0]) == first
 
 
 def _measure(state: State, air: Air, links: Links, radio: RadioParameters) -> State:

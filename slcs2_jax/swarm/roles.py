@@ -14,6 +14,7 @@ from slcs2_jax.swarm.selection import rows
 from slcs2_jax.swarm.state import State
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import SLACK
+from slcs2_jax.world.stored import stored
 
 
 @jax.tree_util.register_dataclass
@@ -67,7 +68,7 @@ def closest(eligible: jax.Array, squared: jax.Array) -> jax.Array:
     return jnp.sqrt(jnp.min(jnp.where(eligible, squared, jnp.inf), axis=0))
 
 
-def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax.Array:
+def resolve(target: jax.Array, members: jax.Array, everybody: Candidates, witness: jax.Array) -> jax.Array:
     """Which node each agent's target stands for: the closest of those with the role; the lowest index on ties.
 
     Ties are common, since agents stop at the clearance, so distances that differ by rounding only are one.
@@ -76,6 +77,7 @@ def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax
         target: int32 [n, ...], a target of the vocabulary other than jammer or obstacle.
         members: bool [n + 2, n, ...], among whom roles are given: K for movement, N for sending.
         everybody: the candidates.
+        witness: see ``stored``.
 
     Returns:
         int32 [n, ...], the node; n + 2 if the target is undefined.
@@ -86,6 +88,7 @@ def resolve(target: jax.Array, members: jax.Array, everybody: Candidates) -> jax
     role = jnp.where(target == vocabulary.SO, everybody.source_side, role)
     role = jnp.where(target == vocabulary.SI, everybody.sink_side, role)
     role = jnp.where(target == vocabulary.C, True, role)
-    eligible = members & role
-    tie = (closest(eligible, everybody.squared) + np.float32(SLACK)) ** 2
-    return jnp.min(jnp.where(eligible & (everybody.squared <= tie), rows(count, target), np.int32(count)), axis=0)
+    squared = stored(jnp.where(members & role, everybody.squared, jnp.inf), witness)
+    tie = (jnp.sqrt(jnp.min(squared, axis=0)) + np.float32(SLACK)) ** 2
+    equal = (squared <= tie) & (squared < jnp.inf)
+    return jnp.min(jnp.where(equal, rows(count, target), np.int32(count)), axis=0)

@@ -7,22 +7,25 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.swarm.state import lift
+from slcs2_jax.world.stored import stored
 
 
-def least(eligible: jax.Array | np.ndarray, score: jax.Array) -> tuple[jax.Array, jax.Array]:
+def least(eligible: jax.Array | np.ndarray, score: jax.Array, witness: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The eligible candidate with the least score, the lowest index on ties.
 
     Args:
         eligible: bool [m, n, ...].
         score: float32 [m, n, ...], finite where eligible.
+        witness: see ``stored``.
 
     Returns:
         index int32 [n, ...], m if none is eligible; its score float32 [n, ...], inf if none.
     """
     count = eligible.shape[0]
-    score = jnp.where(eligible, score, jnp.inf)
+    score = stored(jnp.where(eligible, score, jnp.inf), witness)
     best = jnp.min(score, axis=0)
-    index = jnp.min(jnp.where(eligible & (score == best), rows(count, best), np.int32(count)), axis=0)
+    first = (score == best) & (score < jnp.inf)
+    index = jnp.min(jnp.where(first, rows(count, best), np.int32(count)), axis=0)
     return index, best
 
 

@@ -15,6 +15,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.world.stored import stored
+
+_INFINITY = np.float32(np.inf).view(np.uint32)
 BLOCK = 16  # walls per block; the capacity for walls is a multiple of it
 SLACK = 1e-3  # m: what is nearer to a limit than this meets it, so that rounding decides nothing
 
@@ -164,8 +167,13 @@ def _nearest(
     at, low, high = (a.reshape(walls, *between, *a.shape[1:]) for a in (lines.at, lines.low, lines.high))
     squared = _squared(x, y, half, at, low, high)
     squared = jnp.where(counts(squared, at, low, high), squared, jnp.inf)
-    best = jnp.min(squared, axis=0)
-    number = np.arange(walls, dtype=np.int32).reshape(walls, *(1,) * x.ndim)
-    first = jnp.min(jnp.where(squared <= best, number, np.int32(walls - 1)), axis=0)
+    # One minimum over words whose high bits are the distance's and whose low bits are the wall's number. Distances that
+    # these bits do not tell apart differ by less than SLACK at any range of the lidar: the first is taken.
+    low_bits = np.uint32((1 << (walls - 1).bit_length()) - 1)
+    number = stored(jnp.arange(walls, dtype=jnp.uint32), half).reshape(walls, *(1,) * x.ndim)
+    least = jnp.min(jax.lax.bitcast_convert_type(squared, jnp.uint32) & ~low_bits | number, axis=0)
+    first = (least & low_bits).astype(jnp.int32)
     at, low, high = (jnp.take_along_axis(a, first, axis=0) for a in (lines.at, lines.low, lines.high))
+    none = least >= _INFINITY
+    best = jnp.where(none, jnp.inf, _squared(x, y, half, at, low, high))
     return Nearest(best, jnp.clip(x, at - half, at + half), jnp.clip(y, low, high))

@@ -40,21 +40,30 @@ def mix(x: jax.Array) -> jax.Array:
     return _second_round(_first_round(x))
 
 
-def bits(key: jax.Array, t: jax.Array, purpose: Purpose, index: jax.Array | np.ndarray) -> jax.Array:
-    """Uniform 32-bit words for time-step ``t``.
+def stream(key: jax.Array, t: jax.Array, purpose: Purpose) -> tuple[jax.Array, jax.Array]:
+    """The stream of a time-step's draws for one purpose: its 64-bit state, uint32 [...] twice.
 
     Args:
         key: uint32 [2, ...], the episode's key.
         t: int32 [...], the time-step.
         purpose: what the draws are for.
-        index: uint32 [I..., 1...], which draw; broadcast against ``t``.
+    """
+    step = mix(key[0] + t.astype(jnp.uint32)) ^ key[1]
+    low = mix(step + np.uint32(int(purpose) * int(GOLDEN) & 0xFFFFFFFF))
+    return low, mix(low + key[0])
+
+
+def bits(stream: tuple[jax.Array, jax.Array], index: jax.Array | np.ndarray) -> jax.Array:
+    """Uniform 32-bit words.
+
+    Args:
+        stream: uint32 [...] twice, from ``stream``.
+        index: uint32 [I..., 1...], which draw; broadcast against the stream.
 
     Returns:
         uint32 [I..., ...].
     """
-    step = mix(key[0] + t.astype(jnp.uint32)) ^ key[1]
-    low = mix(step + np.uint32(int(purpose) * int(GOLDEN) & 0xFFFFFFFF))
-    high = mix(low + key[0])
+    low, high = stream
     return _second_round(_first_round(low ^ (index * GOLDEN)) + high)
 
 

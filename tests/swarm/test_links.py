@@ -19,7 +19,9 @@ def db(power):
 
 
 def deviate(key, t, number):
-    word = randomness.bits(jnp.array(key, jnp.uint32), jnp.int32(t), randomness.Purpose.SHADOWING, jnp.uint32(number))
+    word = randomness.bits(
+        randomness.stream(jnp.array(key, jnp.uint32), jnp.int32(t), randomness.Purpose.SHADOWING), jnp.uint32(number)
+    )
     return special.ndtri(((int(word) >> 8) + 0.5) / 2**24)
 
 

@@ -11,6 +11,8 @@ from slcs2_jax.grammar import vocabulary
 from slcs2_jax.swarm import roles
 from slcs2_jax.swarm.selection import least, take
 
+ALWAYS = jnp.float32(0)  # a witness
+
 ROLES = ("so", "si", "c")
 
 
@@ -85,9 +87,9 @@ def test_ties_go_to_the_lowest_index(make):
     state = make.know(make.state(arena), {(0, j): (1, 210, 0) for j in (3, 2)} | {(0, 1): (1, 220, 0)})
     who = make.candidates(state, arena)
     target = jnp.full(4, vocabulary.SI, jnp.int32)
-    assert int(resolve(target, who.known, who)[0]) == 2
+    assert int(resolve(target, who.known, who, ALWAYS)[0]) == 2
     target = jnp.full(4, vocabulary.C, jnp.int32)
-    assert int(resolve(target, who.known, who)[0]) == 2
+    assert int(resolve(target, who.known, who, ALWAYS)[0]) == 2
 
 
 def test_what_differs_by_rounding_only_is_a_tie(make):
@@ -96,7 +98,7 @@ def test_what_differs_by_rounding_only_is_a_tie(make):
     for nearest, expected in ((209.9995, 2), (209.99, 3)):
         state = make.know(make.state(arena), {(0, 2): (1, 210, 0), (0, 3): (1, nearest, 0)})
         who = make.candidates(state, arena)
-        assert int(resolve(jnp.full(4, vocabulary.SI, jnp.int32), who.known, who)[0]) == expected
+        assert int(resolve(jnp.full(4, vocabulary.SI, jnp.int32), who.known, who, ALWAYS)[0]) == expected
 
 
 @pytest.mark.parametrize(("x", "nearer"), [(199.99, True), (199.9995, False), (200, False), (200.01, False)])
@@ -112,7 +114,7 @@ def test_an_agent_precedes_the_sink_on_ties(make):
     arena = world(make, 500, 0)
     state = make.know(make.state(arena), {(0, 3): (1, 600, 0)})
     who = make.candidates(state, arena)
-    assert int(resolve(jnp.full(4, vocabulary.SI, jnp.int32), who.known, who)[0]) == 3
+    assert int(resolve(jnp.full(4, vocabulary.SI, jnp.int32), who.known, who, ALWAYS)[0]) == 3
 
 
 def test_undefined_targets_are_past_the_last_node(make):
@@ -120,9 +122,9 @@ def test_undefined_targets_are_past_the_last_node(make):
     who = make.candidates(make.state(arena), arena)
     nobody = jnp.zeros((6, 4), bool)
     for target in range(5):
-        nodes = resolve(jnp.full(4, target, jnp.int32), nobody, who)
+        nodes = resolve(jnp.full(4, target, jnp.int32), nobody, who, ALWAYS)
         np.testing.assert_array_equal(nodes, 6)
-    assert int(resolve(jnp.full(4, vocabulary.SO, jnp.int32), who.known, who)[0]) == 6
+    assert int(resolve(jnp.full(4, vocabulary.SO, jnp.int32), who.known, who, ALWAYS)[0]) == 6
 
 
 @pytest.mark.parametrize("only_heard", [False, True])
@@ -135,7 +137,7 @@ def test_roles_of_random_worlds(make, only_heard):
         members = links.heard if only_heard else who.known
         views = [make.plain(state, arena, links.heard, i) for i in range(5)]
         for number, name in enumerate(vocabulary.SEND_TARGETS):
-            nodes = np.asarray(resolve(jnp.full(5, number, jnp.int32), members, who))
+            nodes = np.asarray(resolve(jnp.full(5, number, jnp.int32), members, who, ALWAYS))
             for i in range(5):
                 expected = views[i].role(name, only_heard)
                 assert nodes[i] == (7 if expected is None else expected), (name, i)
@@ -147,7 +149,7 @@ def test_roles_of_random_worlds(make, only_heard):
 def test_least_and_take(make):
     score = jnp.array([[3.0, 1.0, 2.0], [1.0, 1.0, 9.0], [1.0, 5.0, 0.0]])
     eligible = jnp.array([[True, True, False], [True, True, False], [True, True, False]])
-    index, best = least(eligible, score)
+    index, best = least(eligible, score, ALWAYS)
     np.testing.assert_array_equal(index, [1, 0, 3])
     np.testing.assert_array_equal(best, [1, 1, np.inf])
     np.testing.assert_array_equal(take(score, index), [1, 1, 0])

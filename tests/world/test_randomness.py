@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,7 +17,10 @@ COUNT = 1 << 17
 # The seeds are fixed, so these tests are deterministic; a sound generator fails none of them by more than this.
 LEAST_P = 1e-4
 
-draw = jax.jit(randomness.bits, static_argnums=2)
+
+@partial(jax.jit, static_argnums=2)
+def draw(key, t, purpose, index):
+    return randomness.bits(randomness.stream(key, t, purpose), index)
 
 
 def words(key=(1, 2), t=0, purpose=Purpose.SHADOWING, index=0):
