@@ -32,3 +32,11 @@ def test_on_a_cpu_a_stored_value_is_computed_once():
         return len(re.findall(r" sine\(", text))
 
     assert count(True) == 1 < count(False)
+
+
+def test_on_a_gpu_there_is_no_choice_between_branches():
+    def text(platform):
+        return jax.jit(stored).trace(X, jnp.float32(0)).lower(lowering_platforms=(platform,)).as_text()
+
+    assert "compare" in text("cpu")
+    assert "compare" not in text("cuda")
