@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import time
 from collections.abc import Hashable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -97,8 +100,15 @@ class Rollout:
         mesh = Mesh(np.array(devices), (AXIS,))
         self._shard = partial(_place, mesh)
         self._parameters = jax.device_put(parameters, NamedSharding(mesh, P()))
-        self._begin, self._refill, self._advance, self._result = _programs(mesh, self.periods)
-        self._episode = self._begin(*self._given(), self._parameters)
+        start = time.perf_counter()
+        given, structure = jax.tree.flatten((self._given(), self._parameters))
+        described = tuple(jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in given)
+        self._refill, self._advance, self._result = _programs(mesh, self.periods, structure, described)
+        self.compile_seconds = time.perf_counter() - start
+        nothing = jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), _episode(self._given(), parameters))
+        self._episode = self._refill(
+            self._shard(nothing), *self._given(), self._shard(np.ones(self.slots, bool)), self._parameters
+        )
 
     @property
     def steps_per_chunk(self) -> int:
@@ -197,34 +207,53 @@ def _place(mesh: Mesh, tree: Any) -> Any:
     return jax.device_put(tree, jax.tree.map(lambda spec: NamedSharding(mesh, spec), _specs(tree)))
 
 
-def _programs(mesh: Mesh, periods: int) -> tuple[Any, Any, Any, Any]:
-    """The four compiled programs of a rollout: begin, refill, advance, result; each device works on its own slots."""
+def _episode(given: tuple[Arena, Rules, jax.Array], parameters: Parameters) -> Any:
+    """Shapes and types of the slots' episodes."""
+    return jax.eval_shape(episodes.begin, *given, parameters)
 
+
+def _refill(
+    episode: Episode, arena: Arena, rules: Rules, key: jax.Array, entering: jax.Array, parameters: Parameters
+) -> Episode:
+    """Begin the episodes that enter."""
+    fresh = episodes.begin(arena, rules, key, parameters)
+    return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
+
+
+@functools.lru_cache(maxsize=8)
+def _programs(mesh: Mesh, periods: int, structure: Any, described: tuple[jax.ShapeDtypeStruct, ...]) -> list[Any]:
+    """The compiled programs of a rollout: refill, advance, result; each device works on its own slots.
+
+    They are compiled side by side, since the compiler takes one core for each, and kept for the next rollout of the
+    same sizes.
+    """
+    given, parameters = jax.tree.unflatten(structure, described)
     on_cpu = mesh.devices.flat[0].platform == "cpu"
     compiler_options = {"xla_cpu_prefer_vector_width": 512} if on_cpu else None  # where there are none so wide: less
-
-    def spread(function: Any, parameters_at: int, **options: Any) -> Any:
-        def split(*arguments: Any) -> Any:
-            specs = (*map(_specs, arguments[:parameters_at]), P())
-            results = _specs(jax.eval_shape(function, *arguments))
-            local = jax.shard_map(function, mesh=mesh, in_specs=specs, out_specs=results, check_vma=False)
-            return local(*arguments)
-
-        return jax.jit(split, compiler_options=compiler_options, **options)
-
-    def refill(
-        episode: Episode, arena: Arena, rules: Rules, key: jax.Array, entering: jax.Array, parameters: Parameters
-    ) -> Episode:
-        fresh = episodes.begin(arena, rules, key, parameters)
-        return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
 
     def advance(episode: Episode, parameters: Parameters) -> tuple[Episode, jax.Array]:
         episode = episodes.advance(episode, parameters, periods)
         return episode, episodes.over(episode, parameters)
 
-    return (
-        spread(episodes.begin, 3),
-        spread(refill, 5, donate_argnums=0),
-        spread(advance, 1, donate_argnums=0),
-        spread(episodes.result, 1),
-    )
+    def lower(function: Any, *arguments: Any, **options: Any) -> Any:
+        specs = (*map(_specs, arguments), P())
+        results = _specs(jax.eval_shape(function, *arguments, parameters))
+        local = jax.shard_map(function, mesh=mesh, in_specs=specs, out_specs=results, check_vma=False)
+        placed = jax.tree.map(partial(NamedSharding, mesh), results)
+        program = jax.jit(local, out_shardings=placed, compiler_options=compiler_options, **options)
+        return program.lower(*jax.tree.map(partial(_described, mesh), arguments), parameters)
+
+    episode = _episode(given, parameters)
+    entering = jax.ShapeDtypeStruct(given[2].shape[-1:], bool)
+    lowered = [
+        lower(_refill, episode, *given, entering, donate_argnums=0),
+        lower(advance, episode, donate_argnums=0),
+        lower(episodes.result, episode),
+    ]
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(lambda program: program.compile(), lowered))
+
+
+def _described(mesh: Mesh, leaf: Any) -> jax.ShapeDtypeStruct:
+    """What the compiler must know of an array that is split along its last axis."""
+    return jax.ShapeDtypeStruct(leaf.shape, leaf.dtype, sharding=NamedSharding(mesh, _specs(leaf)))

@@ -167,11 +167,16 @@ def test_other_widths_give_the_same_counts_and_nearly_the_same_reals(world):
         np.testing.assert_allclose(left, right, rtol=1e-3, atol=1e-3, err_msg=field)
 
 
-def test_every_program_is_traced_once():
-    play(rollout(), "open", range(20))
-    play(rollout(), "open", [3], [5])
-    slots = rollout()
-    assert [program._cache_size() for program in (slots._refill, slots._advance, slots._result)] == [1, 1, 1]
+def test_programs_are_compiled_once_for_rollouts_of_the_same_sizes_and_not_again_while_they_play(monkeypatch):
+    first = rollout()
+    traced = []
+    monkeypatch.setattr(jax.stages.Traced, "lower", lambda *arguments, **options: traced.append(arguments))
+    play(first, "open", range(3))
+    again = rollout.__wrapped__()
+    assert (again._advance, traced) == (first._advance, [])
+    with pytest.raises(AttributeError):
+        rollout.__wrapped__(chunk=20)
+    assert traced
 
 
 def test_slots_come_in_whole_lanes_per_device_and_chunks_in_whole_sharing_periods():

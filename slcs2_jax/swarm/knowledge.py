@@ -41,7 +41,7 @@ def share(state: State) -> State:
     heard = state.heard[:n]
     strangers = lift(~np.eye(n, dtype=bool), state.t)
 
-    def told(table: jax.Array, counts: jax.Array, nothing: np.generic) -> jax.Array:
+    def told(table: jax.Array, counts: jax.Array, nothing: np.int32 | np.float32) -> jax.Array:
         """The greatest of what self's teachers that count say of other: [other, teacher, ...] -> [other, self, ...]."""
         said = jnp.swapaxes(table, 0, 1)[:, :, None]
         return jnp.max(jnp.where(counts, said, nothing), axis=0)
