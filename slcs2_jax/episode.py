@@ -6,6 +6,7 @@ Pure functions of arrays whose last axis is the batch. ``rollout`` drives them.
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import chex
 import jax
@@ -14,7 +15,8 @@ import numpy as np
 
 from slcs2_jax.config.settings import Settings
 from slcs2_jax.control import classifier, strength
-from slcs2_jax.control.classifier import Memory, Rules
+from slcs2_jax.control.classifier import Rules
+from slcs2_jax.control.controller import Controller
 from slcs2_jax.control.learning import LearningParameters
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm import step as world
@@ -26,27 +28,29 @@ from slcs2_jax.world.arena import Arena
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Parameters:
-    """Everything that the settings say of an episode; leaves are scalars, the sharing period gives shapes."""
+    """What episodes have in common; leaves are scalars, the sharing period gives shapes, the controller is code."""
 
     physics: Physics
     learning: LearningParameters
     sharing_period: int = dataclasses.field(metadata={"static": True})
+    controller: Controller = dataclasses.field(default=classifier, metadata={"static": True})
 
     @classmethod
-    def of(cls, settings: Settings) -> Parameters:
-        """Take the values from the settings."""
-        return cls(Physics.of(settings), LearningParameters.of(settings.learning), settings.swarm.sharing_period)
+    def of(cls, settings: Settings, controller: Controller = classifier) -> Parameters:
+        """Take the values from the settings; ``controller`` says what the agents do with what they see."""
+        learning = LearningParameters.of(settings.learning)
+        return cls(Physics.of(settings), learning, settings.swarm.sharing_period, controller)
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Episode:
-    """An episode under way: what is given, and what has become of it."""
+    """An episode under way: what is given, and what has become of it; ``memory`` is the controller's."""
 
     arena: Arena
     rules: Rules
     state: State
-    memory: Memory
+    memory: Any
 
 
 @jax.tree_util.register_dataclass
@@ -80,32 +84,33 @@ def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) ->
     physics = parameters.physics
     state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
     state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))
-    return Episode(arena, rules, state, classifier.initial_memory(rules, parameters.learning))
+    return Episode(arena, rules, state, parameters.controller.initial_memory(rules, parameters.learning))
 
 
 def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Outcome]:
     """One time-step of one episode or of a batch."""
     physics = parameters.physics
     state, drawn, seen = world.observe(episode.state, episode.arena, physics)
-    memory, action = classifier.decide(
+    memory, action = parameters.controller.decide(
         episode.memory, episode.rules, seen.truth, state.key, state.t, _last_share(episode), parameters.learning
     )
     state, outcome = world.act(state, action, seen, drawn, episode.arena, physics)
-    memory = dataclasses.replace(memory, reward=outcome.reward)
+    memory = parameters.controller.remember(memory, outcome.reward)
     return dataclasses.replace(episode, state=state, memory=memory), outcome
 
 
 def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
     """Some sharing periods of steps; episodes that are over stand still."""
     length = strength.round_length(parameters.sharing_period, parameters.learning.bp_max)
+    controller = parameters.controller
 
-    def one_step(episode: Episode, _: None) -> tuple[Episode, jax.Array]:
+    def one_step(episode: Episode, _: None) -> tuple[Episode, Any]:
         episode, outcome = step(episode, parameters)
-        return episode, strength.gain(outcome.reward, outcome.acts)
+        return episode, controller.gain(outcome.reward, outcome.acts)
 
     def one_round(episode: Episode, _: None) -> tuple[Episode, None]:
         episode, gains = jax.lax.scan(one_step, episode, length=length)
-        return dataclasses.replace(episode, memory=classifier.settle(episode.memory, gains, parameters.learning)), None
+        return dataclasses.replace(episode, memory=controller.settle(episode.memory, gains, parameters.learning)), None
 
     def one_period(episode: Episode, _: None) -> tuple[Episode, None]:
         episode, _ = jax.lax.scan(one_round, episode, length=parameters.sharing_period // length)
@@ -116,7 +121,7 @@ def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
 
 def result(episode: Episode, parameters: Parameters) -> Result:
     """The figures of an episode, meaningful once it is over."""
-    memory = classifier.finish(episode.memory, _last_share(episode), parameters.learning)
+    memory = parameters.controller.finish(episode.memory, _last_share(episode), parameters.learning)
     state = episode.state
     return Result(
         steps=state.t,

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.bnf import NonTerminal, Option
 from slcs2_jax.grammar.check import option_cost
@@ -173,6 +174,9 @@ def random_rules(
 def random_rule_sets(
     grammar: Grammar, agents: int, rules: int, rng: np.random.Generator, *, codons: int = CODONS
 ) -> RuleSets:
-    """The random rule-sets of a whole solution: `agents` sets of `rules` rules each."""
+    """The random rule-sets of a whole solution: `agents` sets of `rules` rules each. Raises InputError."""
+    agents, rules = whole("agents", agents, 1, 64), whole("rules", rules, 1, 1000)
+    of_kind("grammar", grammar, Grammar)
+    of_kind("rng", rng, np.random.Generator)
     mask, action = random_rules(grammar, agents * rules, rng, codons=codons)
     return RuleSets(mask.reshape(agents, rules, MASK_WORDS), action.reshape(agents, rules))

@@ -7,16 +7,15 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
-from pathlib import Path
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.bnf import Production, read_bnf
 from slcs2_jax.grammar.check import Cost, derive, shortest_derivations
+from slcs2_jax.grammar.source import MAX_BYTES, read_source
 from slcs2_jax.grammar.tables import DecodeTables, compile_tables
 from slcs2_jax.grammar.vocabulary import ACTIONS, CLAUSES, quote
 
 GRAMMARS = ("main", "channel", "power", "both")
-MAX_BYTES = 64 * 1024
 MAX_CLAUSES = 64  # the greatest max_clauses accepted
 
 
@@ -107,34 +106,7 @@ def load_grammar(
     if isinstance(name_or_path, str) and name_or_path in GRAMMARS:
         text = (resources.files(__package__) / "bnf" / f"{name_or_path}.bnf").read_text(encoding="utf-8")
     else:
-        text = _read_file(name_or_path)
+        text = read_source("grammar", name_or_path, f"accepted are {', '.join(GRAMMARS)} or the path of a BNF file")
     return parse_grammar(
         text, name=str(name_or_path), max_clauses=max_clauses, single_option_consumes=single_option_consumes
     )
-
-
-def _read_file(path: str | os.PathLike[str]) -> str:
-    """The text of a user's grammar file; InputError if there is none that can be one."""
-    known = f"accepted are {', '.join(GRAMMARS)} or the path of a BNF file"
-    if not isinstance(path, (str, os.PathLike)):
-        raise InputError(f"grammar: {quote(path)} is no name; {known}")
-    label = f"grammar {quote(path, 120)}"
-    try:
-        file = Path(path)
-        if not file.exists():
-            raise InputError(f"{label}: there is no such grammar or file; {known}")
-        if not file.is_file():
-            raise InputError(f"{label}: not a file; {known}")
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
-    except InputError:
-        raise
-    except (OSError, ValueError, TypeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{label}: cannot be read ({quote(reason)}); {known}") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{label}: larger than {MAX_BYTES} bytes; a grammar is a short text")
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{label}: not UTF-8 text (byte {error.start})") from None
