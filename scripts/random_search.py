@@ -2,7 +2,8 @@
 
 Every generation is a new random solution in the same world, evaluated by the same rule (re-deployment while the mean
 fitness is above 0). Each instance goes on until it has spent the evaluations that its instance of RUN spent. OUT
-becomes a run folder like any other; the rows of its generations.jsonl compare with those of RUN.
+becomes a run folder like any other; the rows of its generations.jsonl compare with those of RUN. Interrupted, the same
+command goes on.
 """
 
 from __future__ import annotations
@@ -10,6 +11,11 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError
@@ -20,9 +26,9 @@ from slcs2_jax.results import Progress, read_run
 class RandomSearch(Search):
     """A search whose solutions have no parents and that ends when its evaluations are spent."""
 
-    def __init__(self, *arguments, budget: int, **named) -> None:
-        super().__init__(*arguments, **named)
-        self._left = budget
+    def __init__(self, *arguments, seed: int, budgets: Mapping[int, int], **named) -> None:
+        super().__init__(*arguments, seed=seed, **named)
+        self._left = budgets[seed]
 
     @property
     def finished(self) -> bool:
@@ -36,6 +42,14 @@ class RandomSearch(Search):
         self._left -= evaluation.deployments
         return super().tell(evaluation)
 
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        arrays, meta = super().state()
+        return arrays, meta | {"left": self._left}
+
+    def restore(self, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> None:
+        super().restore(arrays, meta)
+        self._left = meta["left"]
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -45,16 +59,13 @@ def main() -> None:
     evolved = read_run(arguments.run)
     if evolved.summary is None:
         raise InputError(f"run={arguments.run}: is not finished; accepted is a folder with a summary.json")
-    budget = {one["seed"]: one["evaluations"] for one in evolved.summary["instances"]}
+    budgets = {one["seed"]: one["evaluations"] for one in evolved.summary["instances"]}
     settings = dataclasses.replace(evolved.settings, run_dir=arguments.out)
     runtime.configure(settings.compute)
     from slcs2_jax.evolution import driver  # starts JAX
 
-    def search(*arguments, seed: int, **named) -> RandomSearch:
-        return RandomSearch(*arguments, seed=seed, budget=budget[seed], **named)
-
-    with Progress(max(budget.values()), label="solution") as report:
-        driver.evolve([settings], report=report, search=search)
+    with Progress(max(budgets.values()), label="solution") as report:
+        driver.evolve([settings], report=report, search=partial(RandomSearch, budgets=budgets))
 
 
 if __name__ == "__main__":

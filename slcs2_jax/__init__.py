@@ -11,6 +11,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "slcs2_jax.config": (
+        "Checkpoint",
         "Compute",
         "InputError",
         "Learning",
@@ -18,6 +19,7 @@ _HOMES = {
         "Rules",
         "Search",
         "Settings",
+        "StorageError",
         "Swarm",
         "World",
         "settings_table",

@@ -9,6 +9,7 @@ import numpy as np
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.evolution import driver
 from slcs2_jax.evolution.evaluation import Deployment
 from slcs2_jax.evolution.schedule import play
@@ -16,6 +17,8 @@ from slcs2_jax.evolution.tasks import Measurement, Site
 from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, make_rule
 from slcs2_jax.results import EvaluationSummary, Report, RunSummary, SavedSolution
 from slcs2_jax.world.scenario import Scenario
+
+MOST_DEPLOYMENTS = 10**6
 
 
 def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deployments: int = 1) -> list[Deployment]:
@@ -33,21 +36,26 @@ def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deploymen
     Raises:
         InputError: fewer than one deployment, or a scenario or rules that the settings do not fit.
     """
+    for name, value, kind in (
+        ("settings", settings, Settings),
+        ("scenario", scenario, Scenario),
+        ("rules", rules, RuleSets),
+    ):
+        of_kind(name, value, kind)
+    deployments = whole("deployments", deployments, 1, MOST_DEPLOYMENTS)
     named = settings.rules
     grammar = load_grammar(
         named.grammar, max_clauses=named.max_clauses, single_option_consumes=named.single_option_consumes
     )
-    _check(settings, scenario, rules, grammar, deployments)
+    _check(settings, scenario, rules, grammar)
     runtime.configure(settings.compute)
     task = Measurement(Site(scenario, grammar.channels_used, settings.swarm.packets), rules, deployments)
-    play([task], driver.make_rollout(settings, [grammar], [task.site], deployments), lambda: None)
+    play(driver.make_crews(settings, [grammar], [task]), lambda: None)
     return task.deployments
 
 
-def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Grammar, deployments: int) -> None:
+def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Grammar) -> None:
     """Refuse what would otherwise be computed wrongly without a word."""
-    if deployments < 1:
-        raise InputError(f"deployments={deployments}: accepted is a whole number from 1")
     size = (settings.swarm.agents, settings.rules.rules)
     if rules.action.shape != size:
         raise InputError(f"rules: {list(rules.action.shape)} agents and rules; accepted are {list(size)}")
@@ -68,10 +76,13 @@ def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Gra
 def evolve(*settings: Settings, report: Report | None = None) -> list[RunSummary]:
     """Evolve a run for each of the settings, together in one batch where they can share one; `driver.evolve`.
 
-    A run whose `run_dir` is set leaves a run folder there; `read_run` reads it.
+    A run whose `run_dir` is set leaves a run folder there; `read_run` reads it. If it holds the same run already, that
+    goes on, or is returned if it is finished. Ctrl-C saves everything first.
     """
     if not settings:
         raise InputError("settings: none given; at least one is required")
+    for one in settings:
+        of_kind("settings", one, Settings)
     runtime.configure(settings[0].compute)
     return driver.evolve(settings, report=report)
 
@@ -80,5 +91,8 @@ def evaluate(
     settings: Settings, solution: SavedSolution, *, deployments: int = 1, report: Report | None = None
 ) -> EvaluationSummary:
     """Deploy a saved solution in the scenarios of `settings.instances` seeds; `driver.evaluate`."""
+    of_kind("settings", settings, Settings)
+    of_kind("solution", solution, SavedSolution)
+    deployments = whole("deployments", deployments, 1, MOST_DEPLOYMENTS)
     runtime.configure(settings.compute)
     return driver.evaluate(settings, solution, deployments=deployments, report=report)

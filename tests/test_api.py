@@ -102,8 +102,34 @@ def test_deploy_refuses_what_it_would_compute_wrongly(settings, rules):
     ):
         with pytest.raises(slcs2.InputError, match=part):
             slcs2.deploy(*arguments)
-    with pytest.raises(slcs2.InputError, match="deployments=0: accepted is a whole number from 1"):
-        slcs2.deploy(settings, scenario, rules, deployments=0)
+    for count in (0, 2.5, True, "3", None, float("nan")):
+        with pytest.raises(slcs2.InputError, match=r"deployments=.*: accepted is a whole number from 1 to"):
+            slcs2.deploy(settings, scenario, rules, deployments=count)
+
+
+def test_what_is_no_argument_at_all_is_refused_in_the_same_words(settings, rules):
+    scenario = slcs2.make_scenario(settings, 0)
+    grammar, rng = slcs2.load_grammar("main"), np.random.default_rng(0)
+    for call, part in (
+        (lambda: slcs2.deploy({}, scenario, rules), "settings=dict: accepted is a Settings"),
+        (lambda: slcs2.deploy(settings, None, rules), "scenario=NoneType: accepted is a Scenario"),
+        (lambda: slcs2.deploy(settings, scenario, rules.mask), "rules=ndarray: accepted is a RuleSets"),
+        (lambda: slcs2.evolve("open"), "settings=str: accepted is a Settings"),
+        (lambda: slcs2.evaluate(settings, "best.npz"), "solution=str: accepted is a SavedSolution"),
+        (lambda: slcs2.load_solution(3), "solution=3: accepted is the path of a file"),
+        (lambda: slcs2.read_run(None), "run=null: accepted is the path of a file or folder"),
+        (lambda: slcs2.make_scenario(settings, -1), "seed=-1: accepted is a whole number from 0"),
+        (lambda: slcs2.make_scenario("urban", 0), "settings=str: accepted is a Settings"),
+        (lambda: slcs2.random_rule_sets(grammar, 0, 5, rng), "agents=0: accepted is a whole number from 1 to 64"),
+        (lambda: slcs2.random_rule_sets(grammar, 2, 5.0, rng), "rules=5.0: accepted is a whole number from 1"),
+        (lambda: slcs2.random_rule_sets("main", 2, 5, rng), "grammar=str: accepted is a Grammar"),
+        (lambda: slcs2.random_rule_sets(grammar, 2, 5, 7), "rng=int: accepted is a Generator"),
+        (lambda: slcs2.World.preset("forest"), "environment=forest: accepted is one of open"),
+        (lambda: slcs2.World.preset(["open"]), "environment=.*: accepted is one of open"),
+        (lambda: slcs2.Swarm(agents=float("nan")), "swarm.agents=nan: accepted is a whole number"),
+    ):
+        with pytest.raises(slcs2.InputError, match=part):
+            call()
 
 
 def test_evolve_then_evaluate(settings, tmp_path):
@@ -115,6 +141,15 @@ def test_evolve_then_evaluate(settings, tmp_path):
     assert slcs2.evaluate(settings, best, deployments=3).mean == instance.fresh_mean
     episodes = slcs2.deploy(settings, slcs2.make_scenario(settings, 0), best.rules, deployments=3)
     assert np.mean([episode.fitness for episode in episodes]) == pytest.approx(instance.fresh_mean, abs=1e-12)
+
+
+def test_an_instance_that_does_not_exist_is_refused(settings, tmp_path):
+    slcs2.evolve(dataclasses.replace(settings, run_dir=str(tmp_path / "run")))
+    run = slcs2.read_run(tmp_path / "run")
+    for instance in (1, -1, 0.0):
+        for read in (run.best, run.members):
+            with pytest.raises(slcs2.InputError, match=r"instance=.*: accepted is a whole number from 0 to 0"):
+                read(instance)
 
 
 def test_evolve_needs_settings():

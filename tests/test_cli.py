@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax import __version__, cli, runtime
-from slcs2_jax.config import Rules, Settings, Swarm, World, settings_table
+from slcs2_jax.config import Rules, Search, Settings, Swarm, World, settings_table
 from slcs2_jax.grammar import RuleSets, load_grammar, random_rules
 from slcs2_jax.results import (
     EvaluationSummary,
@@ -20,6 +20,7 @@ from slcs2_jax.results import (
     ScenarioSummary,
     read_run,
 )
+from slcs2_jax.results.sweep import runs_below
 
 
 class Driver(types.ModuleType):
@@ -30,17 +31,25 @@ class Driver(types.ModuleType):
         self.evolved: list[list[Settings]] = []
         self.evaluated: list[tuple[Settings, SavedSolution, int]] = []
 
-    def evolve(self, settings, *, report):
+    def evolve(self, settings, *, report, as_begun=False):
         self.evolved.append(list(settings))
         summaries = []
         for run in settings:
-            RunFolder.create(run, device="test")
+            begun(run)
             report.generation(done=[1] * run.instances, best=[0.5] * run.instances, evaluations=1, env_steps=9)
             instance = InstanceSummary(
-                seed=0, best_fitness=0.5, fresh_mean=0.4, fresh_sd=0.1, evaluations=1, env_steps=9
+                seed=0, generations=1, best_fitness=0.5, fresh_mean=0.4, fresh_sd=0.1, evaluations=1, env_steps=9
             )
             summaries.append(
-                RunSummary(run_dir=run.run_dir, instances=(instance,), wall_seconds=1.0, env_steps_per_second=9.0)
+                RunSummary(
+                    run_dir=run.run_dir,
+                    generations=1,
+                    instances=(instance,),
+                    wall_seconds=1.0,
+                    env_steps_per_second=9.0,
+                    host_share=0.012,
+                    useful_share=0.93,
+                )
             )
         return summaries
 
@@ -86,6 +95,12 @@ def saved(tmp_path):
     return path
 
 
+def begun(settings: Settings) -> None:
+    """Leave the folder of a run that was interrupted at once."""
+    folder = RunFolder.open(settings, device="test", grammar_text=load_grammar("main").text.__str__, record={})
+    folder.close()
+
+
 def refused(capfd, *arguments: str) -> str:
     """The one line on stderr of a command that ends with code 2 and prints nothing else."""
     assert cli.main(arguments) == 2
@@ -97,7 +112,7 @@ def refused(capfd, *arguments: str) -> str:
 
 
 BAD = [
-    (["dance"], "command=dance: accepted is one of evolve, evaluate"),
+    (["dance"], "command=dance: accepted is one of evolve, resume"),
     (["evolve", "--frobnicate"], "option=--frobnicate: accepted is one of -m"),
     (["evolve", "--cfg"], "option --cfg: accepted is --cfg VALUE"),
     (["evolve", "--cfg", "all of it"], "option --cfg=all of it: accepted is one of job, hydra, all"),
@@ -125,7 +140,17 @@ BAD = [
     (["evolve", "grammar=nowhere.bnf"], "nowhere.bnf"),
     (["evolve", "grammar=broken.bnf"], "broken.bnf"),
     (["evolve", "rules.codons=0"], "rules.codons=0: accepted is a whole number from 1 to 1024"),
-    (["evolve", "run_dir=taken"], "run_dir=taken: already holds a run"),
+    (["evolve", "run_dir=taken", "seed=5"], "seed=5: run_dir=taken already holds a run with seed=0"),
+    (["evolve", "run_dir=taken", "generations=5"], "generations=5: run_dir=taken already holds a run with"),
+    (["evolve", "run_dir=taken", "radio.noise_dbm=-90"], "radio.noise_dbm=-90.0: run_dir=taken already holds"),
+    (["evolve", "run_dir=evaluated"], "run_dir=evaluated: already holds an evaluation"),
+    (["resume"], "resume: accepted is slcs2 resume FOLDER"),
+    (["resume", "nowhere"], "folder=nowhere: no such folder"),
+    (["resume", "empty"], "folder=empty: holds no run"),
+    (["resume", "taken", "seed=5"], "setting=seed: accepted is one of generations, compute.devices"),
+    (["resume", "taken", "generations=many"], "generations=many: accepted is a whole number"),
+    (["resume", "taken", "generations=[1"], "generations=[1: accepted is a number"),
+    (["resume", "taken", "generations=5"], "generations=5: run_dir=taken already holds a run with generations=500"),
     (["evolve", "run_dir=broken.bnf/below"], "broken.bnf is a file"),
     (["evolve", "seed=1,2"], "seed=1,2: accepted is one value; add -m"),
     (["evolve", "-m", "seed=1,1"], "a folder of its own for every run"),
@@ -146,7 +171,9 @@ BAD = [
 @pytest.mark.parametrize(("arguments", "part"), BAD)
 def test_bad_input_is_one_line_and_nothing_is_run_or_written(arguments, part, driver, saved, tmp_path, capfd):
     (tmp_path / "broken.bnf").write_text("<rule> ::= <rule> <rule>\n")
-    RunFolder.create(Settings(run_dir="taken"), device="test")
+    begun(Settings(run_dir="taken"))
+    RunFolder.create(Settings(run_dir="evaluated"), device="test")
+    (tmp_path / "empty").mkdir()
     before = sorted((p, p.read_bytes() if p.is_file() else b"") for p in tmp_path.rglob("*"))
     assert part in refused(capfd, *arguments)
     assert (driver.evolved, driver.evaluated) == ([], [])
@@ -160,6 +187,7 @@ def test_evolve_hands_the_settings_to_the_driver(driver, capfd):
     assert (settings.search.generations, settings.run_dir) == (3, "here")
     out, err = capfd.readouterr()
     assert "run folder here" in out
+    assert out.endswith("1.0 s, 9 env-steps/s, useful slot-steps 93%, host 1.2%\n")
     assert "generation 1/3" in err
     assert read_run("here").settings == settings
 
@@ -178,6 +206,7 @@ def test_a_sweep_is_one_call(driver, tmp_path):
     assert sorted(p.name for p in (tmp_path / "all").iterdir()) == [
         "open_long",
         "open_short",
+        "sweep.json",
         "urban_long",
         "urban_short",
     ]
@@ -192,12 +221,36 @@ def test_an_option_may_stand_anywhere(driver):
 def test_another_launcher_is_many_calls(driver):
     assert cli.main(["evolve", "-m", "seed=1,2", "hydra/launcher=basic", "run_dir=all"]) == 0
     assert [[run.seed for run in settings] for settings in driver.evolved] == [[1], [2]]
+    settings, _ = runs_below("all")
+    assert [run.run_dir for run in settings] == ["all/s1", "all/s2"]
 
 
-def test_a_sweep_into_a_taken_folder_runs_nothing(driver, capfd):
-    RunFolder.create(Settings(run_dir="all/s2"), device="test")
-    assert "run_dir=all/s2: already holds a run" in refused(capfd, "evolve", "-m", "seed=1,2", "run_dir=all")
+def test_a_sweep_into_the_folder_of_another_runs_nothing(driver, capfd):
+    begun(Settings(run_dir="all/s2", seed=7))
+    assert "run_dir=all/s2 already holds a run with seed=7" in refused(capfd, "evolve", "-m", "seed=1,2", "run_dir=all")
     assert driver.evolved == []
+
+
+def test_a_sweep_goes_on_with_the_runs_it_began(driver):
+    begun(Settings(run_dir="all/s2", seed=2))
+    assert cli.main(["evolve", "-m", "seed=1,2", "run_dir=all"]) == 0
+    assert [[run.seed for run in settings] for settings in driver.evolved] == [[1, 2]]
+
+
+def test_resume_takes_every_run_of_a_sweep_even_those_that_had_not_begun(driver, monkeypatch):
+    def interrupt(settings, **_):
+        raise KeyboardInterrupt
+
+    evolve = driver.evolve
+    monkeypatch.setattr(driver, "evolve", interrupt)
+    assert cli.main(["evolve", "-m", "seed=1,2,3", "generations=9", "run_dir=all"]) == 130
+    begun(Settings(run_dir="all/s2", seed=2, search=Search(generations=9)))
+    monkeypatch.setattr(driver, "evolve", evolve)
+    assert cli.main(["resume", "all", "generations=600"]) == 0
+    [settings] = driver.evolved
+    assert [(run.seed, run.search.generations, run.run_dir) for run in settings] == [
+        (seed, 600, f"all/s{seed}") for seed in (1, 2, 3)
+    ]
 
 
 def test_paths_may_hold_any_letter(driver, saved, tmp_path):
@@ -209,7 +262,7 @@ def test_paths_may_hold_any_letter(driver, saved, tmp_path):
 
 
 def test_a_bug_is_no_input_error(driver, monkeypatch):
-    def fail(settings, *, report):
+    def fail(settings, **_):
         raise ZeroDivisionError
 
     monkeypatch.setattr(driver, "evolve", fail)
@@ -229,16 +282,28 @@ def test_evaluate(driver, saved, capfd):
 
 
 def test_an_interruption_is_one_line(driver, monkeypatch, capfd):
-    def interrupt(settings, *, report):
+    def interrupt(settings, **_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(driver, "evolve", interrupt)
     assert cli.main(["evolve"]) == 130
-    assert capfd.readouterr().err == "slcs2: interrupted; what was finished is in the run folder\n"
+    assert capfd.readouterr().err == "slcs2: interrupted; what was saved before is intact\n"
+
+
+def test_a_disk_that_refuses_is_one_line(driver, monkeypatch, capfd):
+    from slcs2_jax.config import StorageError
+
+    def fail(settings, **_):
+        raise StorageError("run/summary.json: cannot be written (No space left on device)")
+
+    monkeypatch.setattr(driver, "evolve", fail)
+    assert cli.main(["evolve"]) == 1
+    err = capfd.readouterr().err
+    assert err == "slcs2: error: run/summary.json: cannot be written (No space left on device)\n"
 
 
 def test_an_input_error_from_below_is_one_line(driver, monkeypatch, capfd):
-    def refuse(settings, *, report):
+    def refuse(settings, **_):
         from slcs2_jax.config import InputError
 
         raise InputError("world: no place\nfor the walls")

@@ -1,12 +1,13 @@
 """Configuration: typed, validated, documented settings. Importing this does not start JAX."""
 
-from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.errors import InputError, StorageError
 from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
 from slcs2_jax.config.schema import settings_from, settings_to_dict
-from slcs2_jax.config.settings import Compute, Search, Settings
+from slcs2_jax.config.settings import Checkpoint, Compute, Search, Settings
 from slcs2_jax.config.table import Row, settings_table
 
 __all__ = [
+    "Checkpoint",
     "Compute",
     "InputError",
     "Learning",
@@ -15,6 +16,7 @@ __all__ = [
     "Rules",
     "Search",
     "Settings",
+    "StorageError",
     "Swarm",
     "World",
     "settings_from",

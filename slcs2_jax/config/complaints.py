@@ -34,7 +34,8 @@ def as_input_error(error: Exception, arguments: Sequence[str], groups: Mapping[s
     if found := _NO_KEY.search(text + "\n" + cause):
         return _unknown(found["full"], groups)
     if found := _MISSING.search(text):
-        return InputError(f"{found['key']}: has no default; accepted is {found['key']}=VALUE")
+        key = getattr(error, "full_key", None) or found["key"]
+        return InputError(f"{key}: has no default; accepted is {key}=VALUE")
     if found := _NOT_OVERRIDABLE.search(text):
         key = found["key"].split("=")[0]
         return _unknown(key, groups) if "override" in found[1] else InputError(_one_line(text))

@@ -90,9 +90,9 @@ class World(Section):
     @classmethod
     def preset(cls, environment: str = "open", range: str = "short") -> World:
         """The paper's world of a type and range, as the command line's environment= and range= make it."""
-        if environment not in ENVIRONMENTS:
+        if environment not in tuple(ENVIRONMENTS):  # of any type: a list cannot be looked up
             raise refuse("environment", environment, "one of " + ", ".join(ENVIRONMENTS))
-        if range not in RANGES:
+        if range not in tuple(RANGES):
             raise refuse("range", range, "one of " + ", ".join(RANGES))
         return cls(environment=environment, range=range, **ENVIRONMENTS[environment], **RANGES[range])
 

@@ -103,6 +103,29 @@ class Compute(Section):
 
 
 @dataclass(frozen=True)
+class Checkpoint(Section):
+    """How often a run is saved so that it can go on after an interruption; results do not depend on it."""
+
+    SECTION: ClassVar[str] = "checkpoint"
+
+    generations: int | None = setting(
+        None,
+        "save when an instance has so many unsaved generations; null goes by time",
+        status="run",
+        low=1,
+        high=10**7,
+    )
+    seconds: float | None = setting(
+        60.0,
+        "save after so long, or later if all of it would take over 0.5 % of the time; null never",
+        unit="s",
+        status="run",
+        low=0,
+        high=1e7,
+    )
+
+
+@dataclass(frozen=True)
 class Settings(Section):
     """One run: its world, its agents, its search, and the seeds it is made with."""
 
@@ -113,6 +136,7 @@ class Settings(Section):
     rules: Rules = field(default_factory=Rules)
     search: Search = field(default_factory=Search)
     compute: Compute = field(default_factory=Compute)
+    checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
     instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
     run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
@@ -143,4 +167,5 @@ SECTIONS: dict[str, type[Section]] = {
     "rules": Rules,
     "search": Search,
     "compute": Compute,
+    "checkpoint": Checkpoint,
 }

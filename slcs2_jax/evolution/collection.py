@@ -52,12 +52,12 @@ class Collection:
             gone = set(leaving.tolist())
             self._members = [member for position, member in enumerate(self._members) if position not in gone]
             self._index.remove(leaving)
-        self._append(newcomer)
+        self._append(newcomer, ids)
         return Verdict(accepted=True, novelty=mean, removed=removed, size=len(self._members))
 
-    def _append(self, member: Member) -> None:
+    def _append(self, member: Member, ids: np.ndarray) -> None:
         self._members.append(member)
-        self._index.add(member.solution.ids)
+        self._index.add(ids)
 
     def parent(self) -> tuple[Member, int]:
         """The member with the fewest explorations (newest on ties) and its count before this one; counts this one."""
@@ -75,7 +75,8 @@ class Collection:
     def restore(self, members: list[Member], state: dict[str, Any]) -> None:
         """Hold exactly these members, in this order."""
         self._members = []
-        if members:
-            self._index = NoveltyIndex(*members[0].solution.ids.shape)
         for member in members:
-            self._append(member)
+            ids = member.solution.ids
+            if not self._members:
+                self._index = NoveltyIndex(*ids.shape)
+            self._append(member, ids)

@@ -2,79 +2,188 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
+import itertools
 import math
+import os
+import shlex
+import signal
 import statistics
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from functools import partial
-from typing import Any
-
-import numpy as np
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
+from slcs2_jax.control import classifier, designed
+from slcs2_jax.control.behaviour import Behaviour
+from slcs2_jax.control.controller import Controller
 from slcs2_jax.episode import Parameters
-from slcs2_jax.evolution.member import Member
-from slcs2_jax.evolution.schedule import play
-from slcs2_jax.evolution.search import HistoryRow, Search
-from slcs2_jax.evolution.tasks import Measurement, Run, Site
-from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, parse_grammar, random_rules
-from slcs2_jax.results import (
-    EvaluationSummary,
-    InstanceSummary,
-    Quiet,
-    Report,
-    RunFolder,
-    RunSummary,
-    SavedSolution,
-    ScenarioSummary,
-)
+from slcs2_jax.evolution.instances import Instances, MakeSearch, prepare
+from slcs2_jax.evolution.memory import check_memory, measurement_bytes, search_bytes
+from slcs2_jax.evolution.saving import Saver
+from slcs2_jax.evolution.schedule import Crew, play
+from slcs2_jax.evolution.search import Search
+from slcs2_jax.evolution.stopping import Stopped, StopRequest
+from slcs2_jax.evolution.tasks import Measurement, Site, Task
+from slcs2_jax.grammar import RuleSets, parse_grammar
+from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, SavedSolution, ScenarioSummary
+from slcs2_jax.results.reading import ended
+from slcs2_jax.results.run_folder import check_usable
 from slcs2_jax.results.summary import spread
 from slcs2_jax.rollout import LANES, Rollout, Shape
 from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.scenario import make_scenario
 
-
-@dataclass(eq=False)
-class Instances:
-    """One run's settings, its instances and its folder, if it has one."""
-
-    settings: Settings
-    grammar: Grammar
-    folder: RunFolder | None
-    runs: list[Run]
+MOST_CREWS, CREW = 4, 12  # rollouts for scenarios with more and more walls, and the tasks that one should have at least
 
 
 def evolve(
-    settings: Sequence[Settings], *, report: Report | None = None, search: Callable[..., Search] = Search
+    settings: Sequence[Settings],
+    *,
+    report: Report | None = None,
+    search: MakeSearch = Search,
+    as_begun: bool = False,
 ) -> list[RunSummary]:
     """Evolve every run, writing its folder if ``run_dir`` is set (spec sections 7 and 8).
 
     Runs whose physics, sizes and kind of world agree share one batch. What an instance comes to depends on its own
     settings and seed, not on its neighbours in the batch.
 
+    A folder that holds the same run already is gone on with: a finished run is returned as it is, one that was
+    interrupted goes on from where it was saved, one of fewer generations goes on from its end. Each comes to the same
+    as if it had been made at once.
+
     Args:
         settings: one for each run.
         report: who is told of progress.
         search: makes each instance's search, with the arguments of ``Search``; another kind may take its place.
+        as_begun: a run that goes on does so with the grammar it was begun with, even if the grammar's file is another
+            one now; otherwise that is refused.
 
     Raises:
-        InputError: a setting is impossible, or a folder holds another run.
+        InputError: a setting is impossible; a folder holds another run, a damaged one, or one that another process
+            works on.
+        StorageError: the disk refuses; what was saved before is intact.
+        Stopped: SIGINT or SIGTERM came; everything is saved.
     """
     report = report or Quiet()
-    groups: dict[Any, list[int]] = {}
-    for place, one in enumerate(settings):
-        groups.setdefault(_batch_key(one), []).append(place)
-    everything = [_prepare(one, search) for one in settings]
     summaries: dict[int, RunSummary] = {}
-    for places in groups.values():
-        members = [everything[place] for place in places]
-        seconds = _advance(members, everything, report)
-        steps = sum(run.all_steps for member in members for run in member.runs)
-        for place, member in zip(places, members, strict=True):
-            summaries[place] = _conclude(member, seconds, steps / seconds)
+    widths: dict[int, int | None] = {}
+    for place, one in enumerate(settings):
+        summary = ended(one)
+        if summary is not None:
+            summaries[place] = summary
+        else:
+            found = None if one.run_dir is None else check_usable(one)
+            widths[place] = None if found is None else found.record["width"]
+    members: dict[int, Instances] = {}
+    with StopRequest() as stop, contextlib.ExitStack() as folders:
+        batches = _batches(settings, widths)
+        for width, places in batches:
+            first = settings[places[0]]
+            devices = runtime.devices(first.compute)
+            host_bytes = sum(search_bytes(settings[place]) for place in widths)
+            check_memory(first, host_bytes, width * len(devices), devices)
+        for width, places in batches:
+            for place in places:
+                device = runtime.describe_devices(settings[place].compute)
+                member = prepare(settings[place], search, device=device, width=width, as_begun=as_begun)
+                members[place] = member
+                folders.callback(member.close)
+                if member.folder is not None and (changes := member.folder.config.changes(device)):
+                    report.note(f"{member.folder.path}: {changes}, so the last bits of its results may be others")
+                _heed(stop, members.values())
+        session = _Session([members[place] for place in sorted(members)], report, stop)
+        for width, places in batches:
+            session.advance([members[place] for place in places], width)
+    for place, member in members.items():
+        assert member.summary is not None
+        summaries[place] = member.summary
     return [summaries[place] for place in range(len(settings))]
+
+
+def _batches(settings: Sequence[Settings], widths: Mapping[int, int | None]) -> list[tuple[int, list[int]]]:
+    """Which runs advance together, and with how many slots per device.
+
+    The number of slots decides the last bits of the arithmetic, so a run that goes on keeps what it began with; one
+    that begins joins those that it can.
+    """
+    alike: dict[Any, list[int]] = {}
+    for place in widths:
+        alike.setdefault(batch_key(settings[place]), []).append(place)
+    batches: list[tuple[int, list[int]]] = []
+    for places in alike.values():
+        first = settings[places[0]]
+        known = [width for place in places if (width := widths[place]) is not None]
+        new = known[0] if known else _width(first, sum(settings[place].instances for place in places))
+        by_width: dict[int, list[int]] = {}
+        for place in places:
+            by_width.setdefault(widths[place] or new, []).append(place)
+        batches += by_width.items()
+    return batches
+
+
+class _Session:
+    """Advances batches of runs one after the other, tells of all of them, and saves."""
+
+    def __init__(self, members: Sequence[Instances], report: Report, stop: StopRequest) -> None:
+        self._runs = [run for member in members for run in member.runs]
+        self._members, self._report, self._stop = members, report, stop
+        self._before = self._counts()
+
+    def _counts(self) -> tuple[int, int]:
+        return sum(run.evaluations for run in self._runs), sum(run.env_steps for run in self._runs)
+
+    def advance(self, members: Sequence[Instances], width: int) -> None:
+        """Run a batch to its end. Raises Stopped, StorageError, InputError."""
+        runs = [run for member in members for run in member.runs]
+        start, steps = time.perf_counter(), sum(run.useful_steps for run in runs)
+        saver = Saver(members)
+
+        def conclude() -> None:
+            for member in members:
+                if member.summary is None and member.finished:
+                    seconds = time.perf_counter() - start
+                    made = sum(run.useful_steps for run in runs) - steps
+                    member.conclude(seconds, made / seconds)
+
+        def after_chunk() -> None:
+            self._tell()
+            conclude()
+            saver.after_chunk()
+            if self._stop.number is not None:
+                saver.save_all()
+                _heed(self._stop, self._members)
+
+        if not all(run.finished for run in runs):
+            crews = make_crews(members[0].settings, [member.grammar for member in members], runs, width=width)
+            usage = play(crews, after_chunk)
+            for member in members:
+                member.note_usage(usage)
+        conclude()
+
+    def _tell(self) -> None:
+        evaluations, env_steps = self._counts()
+        self._report.generation(
+            done=[run.search.generation for run in self._runs],
+            best=[run.winner.fitness if run.search.generation else math.nan for run in self._runs],
+            evaluations=evaluations - self._before[0],
+            env_steps=env_steps - self._before[1],
+        )
+
+
+def _heed(stop: StopRequest, members: Iterable[Instances]) -> None:
+    """Raise Stopped if a signal came; the message says how to go on."""
+    if stop.number is None:
+        return
+    folders = [str(member.folder.path) for member in members if member.folder is not None]
+    name = signal.Signals(stop.number).name
+    if not folders:
+        raise Stopped(f"stopped by {name}; nothing is kept without run_dir", stop.number)
+    folder = folders[0] if len(folders) == 1 else os.path.commonpath([os.path.abspath(one) for one in folders])
+    raise Stopped(f"stopped by {name}, and all is saved; to go on: slcs2 resume {shlex.quote(folder)}", stop.number)
 
 
 def evaluate(
@@ -85,7 +194,6 @@ def evaluate(
     Raises:
         InputError: a setting is impossible.
     """
-    report = report or Quiet()
     rules = settings.rules
     grammar = parse_grammar(
         solution.grammar_text,
@@ -93,9 +201,31 @@ def evaluate(
         max_clauses=rules.max_clauses,
         single_option_consumes=rules.single_option_consumes,
     )
-    sites = [_site(settings, grammar, instance) for instance in range(settings.instances)]
-    tasks = [Measurement(site, solution.rules, deployments) for site in sites]
-    rollout = make_rollout(settings, [grammar], sites, len(tasks) * deployments)
+    return _measure(settings, solution.rules, grammar, classifier, deployments, report or Quiet())
+
+
+def evaluate_behaviour(
+    settings: Settings, behaviour: Behaviour, *, deployments: int = 1, report: Report | None = None
+) -> EvaluationSummary:
+    """Deploy a behaviour made by hand in the scenarios of ``settings.instances`` seeds; ``settings.rules`` is unused.
+
+    Raises:
+        InputError: a setting is impossible.
+    """
+    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(behaviour.rules)))
+    rules = behaviour.rule_sets(settings.swarm.agents)
+    return _measure(settings, rules, behaviour, designed, deployments, report or Quiet())
+
+
+def _measure(
+    settings: Settings, rules: RuleSets, said: Said, controller: Controller, deployments: int, report: Report
+) -> EvaluationSummary:
+    devices = runtime.devices(settings.compute)
+    width = _width(settings, settings.instances * deployments)
+    check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
+    sites = [_site(settings, said, instance) for instance in range(settings.instances)]
+    tasks = [Measurement(site, rules, deployments) for site in sites]
+    crews = make_crews(settings, [said], tasks, width=width, controller=controller)
     start = time.perf_counter()
 
     def tell() -> None:
@@ -107,7 +237,7 @@ def evaluate(
             env_steps=sum(one.steps for task in tasks for one in task.deployments),
         )
 
-    play(tasks, rollout, tell)
+    play(crews, tell)
     seconds = time.perf_counter() - start
     steps = sum(one.steps for task in tasks for one in task.deployments)
     return EvaluationSummary(
@@ -117,141 +247,74 @@ def evaluate(
     )
 
 
-def _batch_key(settings: Settings) -> Any:
+def batch_key(settings: Settings) -> Any:
     """What runs must have in common to share a batch."""
     world = settings.world
     sizes = (settings.rules.rules, world.wall_thickness, world.buildings)
     return settings.radio, settings.swarm, settings.learning, settings.compute, sizes
 
 
-def _prepare(settings: Settings, make_search: Callable[..., Search]) -> Instances:
-    rules = settings.rules
-    grammar = load_grammar(
-        rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes
-    )
-    sites = [_site(settings, grammar, instance) for instance in range(settings.instances)]
-    folder = None
-    if settings.run_dir is not None:
-        folder = RunFolder.create(settings, device=runtime.describe_devices(settings.compute))
-    runs = []
-    for instance, site in enumerate(sites):
-        search = make_search(
-            settings.search,
-            agents=settings.swarm.agents,
-            rules=rules.rules,
-            seed=site.scenario.seed,
-            source=partial(_draw_rules, grammar, rules.codons),
-        )
-        record = partial(_record, folder, instance, site.scenario.seed)
-        runs.append(Run(search, site, settings.search.fresh_deployments, record))
-    return Instances(settings, grammar, folder, runs)
+class Said(Protocol):
+    """What rules are made of, a grammar or a behaviour: words per condition, and the channels they name."""
+
+    @property
+    def words(self) -> int: ...
+
+    @property
+    def channels_used(self) -> tuple[int, ...]: ...
 
 
-def _draw_rules(grammar: Grammar, codons: int, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    return random_rules(grammar, count, rng, codons=codons)
-
-
-def _record(folder: RunFolder | None, instance: int, seed: int, row: HistoryRow) -> None:
-    if folder is None:
-        return
-    values = asdict(row)
-    if math.isnan(row.novelty):  # the first solution has nobody to differ from
-        values["novelty"] = None
-    folder.append([{"instance": instance, "seed": seed, **values}])
-
-
-def _site(settings: Settings, grammar: Grammar, instance: int) -> Site:
+def _site(settings: Settings, said: Said, instance: int) -> Site:
     scenario = make_scenario(settings, settings.seed + instance)
-    return Site(scenario, grammar.channels_used, settings.swarm.packets)
+    return Site(scenario, said.channels_used, settings.swarm.packets)
 
 
-def make_rollout(settings: Settings, grammars: Sequence[Grammar], sites: Sequence[Site], tasks: int) -> Rollout:
-    """Slots for so many tasks on the given sites, as ``settings.compute`` says or as the devices like it."""
+def make_crews(
+    settings: Settings,
+    said: Sequence[Said],
+    tasks: Sequence[Task],
+    *,
+    width: int | None = None,
+    controller: Controller = classifier,
+) -> list[Crew]:
+    """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
+
+    The slots of a rollout all have room for the walls of the fullest scenario, and cost as much as if they were used;
+    so tasks are parted by the number of walls where there are enough of them to keep several rollouts busy.
+    """
+    width = width or _width(settings, sum(len(task.wanted(0)) for task in tasks))
+    by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
+    kinds = len({wall_capacity([task.site.scenario]) for task in tasks})
+    on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
+    parts = max(1, min(MOST_CREWS, kinds, len(tasks) // CREW)) if on_cpu else 1
+    cuts = [len(tasks) * part // parts for part in range(parts + 1)]
+    return [
+        Crew(some, _rollout(settings, said, [task.site for task in some], width, controller))
+        for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
+    ]
+
+
+def _rollout(
+    settings: Settings, said: Sequence[Said], sites: Sequence[Site], width: int, controller: Controller
+) -> Rollout:
     shape = Shape(
         agents=settings.swarm.agents,
         rules=settings.rules.rules,
-        words=max(grammar.words for grammar in grammars),
-        channels=1 + max(max(grammar.channels_used) for grammar in grammars),
+        words=max(one.words for one in said),
+        channels=1 + max(max(one.channels_used) for one in said),
         walls=wall_capacity([site.scenario for site in sites]),
     )
     devices = runtime.devices(settings.compute)
-    slots = settings.compute.slots or _enough_slots(devices, tasks)
-    return Rollout(Parameters.of(settings), shape, slots=slots, devices=devices, chunk=settings.compute.chunk)
+    parameters = Parameters.of(settings, controller)
+    slots = width * len(devices)
+    return Rollout(parameters, shape, slots=slots, devices=devices, chunk=settings.compute.chunk)
 
 
-def _enough_slots(devices: Sequence[Any], tasks: int) -> int:
-    """CPUs are fastest with one vector's width each; a GPU takes twice what is certain to be wanted."""
-    return LANES * len(devices) if devices[0].platform == "cpu" else 2 * tasks
-
-
-def _advance(members: Sequence[Instances], everything: Sequence[Instances], report: Report) -> float:
-    """Run a group to its end; returns the seconds it took."""
-    runs = [run for member in members for run in member.runs]
-    shown = [run for member in everything for run in member.runs]
-    start = time.perf_counter()
-    grammars = [member.grammar for member in members]
-    rollout = make_rollout(members[0].settings, grammars, [run.site for run in runs], len(runs))
-
-    def tell() -> None:
-        report.generation(
-            done=[run.search.generation for run in shown],
-            best=[run.winner.fitness if run.search.generation else math.nan for run in shown],
-            evaluations=sum(run.evaluations for run in shown),
-            env_steps=sum(run.env_steps for run in shown),
-        )
-
-    play(runs, rollout, tell)
-    return time.perf_counter() - start
-
-
-def _conclude(member: Instances, seconds: float, rate: float) -> RunSummary:
-    """Save the solutions and sum up; seconds and rate are those of all runs that shared the batch."""
-    for instance, run in enumerate(member.runs):
-        if member.folder is not None:
-            member.folder.save_best(instance, _saved(member, run, run.winner))
-            for place, one in enumerate(run.search.members):
-                member.folder.save_member(instance, place, _saved(member, run, one))
-    instances = tuple(_instance_summary(run) for run in member.runs)
-    summary = RunSummary(
-        run_dir="" if member.folder is None else str(member.folder.path),
-        instances=instances,
-        wall_seconds=seconds,
-        env_steps_per_second=rate,
-    )
-    if member.folder is not None:
-        member.folder.write_summary(summary.to_json())
-    return summary
-
-
-def _saved(member: Instances, run: Run, one: Member) -> SavedSolution:
-    evaluation = one.evaluation
-    return SavedSolution(
-        rules=RuleSets(one.solution.mask, one.solution.action),
-        quality=evaluation.quality,
-        strength=evaluation.strength,
-        error=evaluation.error,
-        usage=np.rint(evaluation.usage).astype(np.int32),
-        contribution=evaluation.contribution.astype(np.float32),
-        settings=member.settings,
-        grammar_text=member.grammar.text,
-        instance_seed=run.site.scenario.seed,
-        generation=one.generation,
-        fitness=one.fitness,
-        deployments=evaluation.deployments,
-    )
-
-
-def _instance_summary(run: Run) -> InstanceSummary:
-    assert run.measurement is not None
-    fresh = [one.fitness for one in run.measurement.deployments]
-    return InstanceSummary(
-        seed=run.site.scenario.seed,
-        best_fitness=run.winner.fitness,
-        fresh_mean=statistics.fmean(fresh),
-        fresh_sd=spread(fresh),
-        evaluations=run.evaluations,
-        env_steps=run.env_steps,
-    )
+def _width(settings: Settings, tasks: int) -> int:
+    """Slots per device: CPUs are fastest with one vector's width; a GPU takes twice what is certain to be wanted."""
+    devices = runtime.devices(settings.compute)
+    enough = LANES * len(devices) if devices[0].platform == "cpu" else 2 * tasks
+    return -(-(settings.compute.slots or enough) // (LANES * len(devices))) * LANES
 
 
 def _scenario_summary(task: Measurement) -> ScenarioSummary:

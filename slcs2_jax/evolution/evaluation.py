@@ -184,6 +184,11 @@ class Trial:
         """The greatest number of deployments that can count."""
         return max(self._min, self._max_re + 1)
 
+    @property
+    def held(self) -> dict[int, Deployment]:
+        """Those handed in so far, by number."""
+        return dict(self._held)
+
     def add(self, index: int, deployment: Deployment) -> None:
         """Hand in deployment `index`; it is ignored if beyond the count. Raises InputError on NaN or a wrong index."""
         if index in self._held or not 0 <= index < self.limit:

@@ -5,25 +5,49 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from slcs2_jax.evolution.compressed import Compressed
 from slcs2_jax.evolution.evaluation import Evaluation
 from slcs2_jax.evolution.solution import Solution
 
 
-@dataclass(eq=False)
 class Member:
-    """An evaluated solution and how often it was taken as a parent (phi), the one thing about it that changes."""
+    """An evaluated solution and how often it was taken as a parent (phi), the one thing about it that changes.
 
-    solution: Solution
-    evaluation: Evaluation
-    explorations: int = 0
+    Collections hold hundreds of them for hundreds of runs at once and look at few, so solution and evaluation are kept
+    compressed, and are new objects at each look.
+    """
+
+    def __init__(self, solution: Solution, evaluation: Evaluation, explorations: int = 0) -> None:
+        self.explorations = explorations
+        self.fitness = evaluation.fitness
+        self.generation = solution.generation
+        self._solution, self._evaluation = Compressed(solution), Compressed(evaluation)
+
+    @classmethod
+    def of_data(cls, solution: bytes, evaluation: bytes, explorations: int) -> Member:
+        """The member whose `data` this was. What it raises if it was none's, see `Compressed`."""
+        made = cls.__new__(cls)
+        made._solution = Compressed.of_data(Solution, solution)
+        made._evaluation = Compressed.of_data(Evaluation, evaluation)
+        made.explorations, made.fitness, made.generation = (
+            explorations,
+            made.evaluation.fitness,
+            made.solution.generation,
+        )
+        return made
 
     @property
-    def fitness(self) -> float:
-        return self.evaluation.fitness
+    def data(self) -> tuple[bytes, bytes]:
+        """Solution and evaluation as they are kept."""
+        return self._solution.data, self._evaluation.data
 
     @property
-    def generation(self) -> int:
-        return self.solution.generation
+    def solution(self) -> Solution:
+        return self._solution.record()
+
+    @property
+    def evaluation(self) -> Evaluation:
+        return self._evaluation.record()
 
 
 @dataclass(frozen=True)

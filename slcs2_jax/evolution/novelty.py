@@ -55,7 +55,7 @@ class NoveltyIndex:
         self._size = 0
         self._key = np.empty(0, np.uint64)
         self._owner = np.empty(0, np.int32)
-        self._count = np.empty(0, np.int32)
+        self._count = np.empty(0, np.uint16)
 
     def __len__(self) -> int:
         return self._size
@@ -84,7 +84,7 @@ class NoveltyIndex:
         at = np.searchsorted(self._key, key)
         self._key = np.insert(self._key, at, key)
         self._owner = np.insert(self._owner, at, self._size)
-        self._count = np.insert(self._count, at, count)
+        self._count = np.insert(self._count, at, count.astype(np.uint16))
         self._size += 1
 
     def remove(self, positions: np.ndarray) -> None:

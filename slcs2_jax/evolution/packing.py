@@ -1,13 +1,14 @@
-"""Solutions and members as stacked arrays, and back. m = how many; [n, R] as elsewhere. Rule ids are computed anew."""
+"""Solutions, members and deployments as arrays, and back. m = how many; [n, R] as elsewhere."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from slcs2_jax.evolution.evaluation import Evaluation
+from slcs2_jax.evolution.evaluation import Deployment
 from slcs2_jax.evolution.member import Member
 from slcs2_jax.evolution.solution import Solution
-from slcs2_jax.grammar import rule_ids
 from slcs2_jax.grammar.vocabulary import MASK_WORDS
 
 _SOLUTION = {
@@ -41,40 +42,55 @@ def unpack_solutions(arrays: dict[str, np.ndarray]) -> list[Solution]:
     solutions = []
     for place, (generation, parent) in enumerate(zip(generations, parents, strict=True)):
         one = {name: arrays[name][place].copy() for name in _SOLUTION}
-        ids = rule_ids(one["mask"], one["action"])
-        solutions.append(Solution(**one, ids=ids, generation=generation, parent=parent))
+        solutions.append(Solution(**one, generation=generation, parent=parent))
     return solutions
 
 
-def pack_members(members: list[Member], shape: tuple[int, int]) -> dict[str, np.ndarray]:
-    """The arrays of solutions and evaluations; fitnesses float64[m, most deployments], NaN beyond the last."""
-    arrays = pack_solutions([member.solution for member in members], shape)
-    evaluations = [member.evaluation for member in members]
-    width = max((one.deployments for one in evaluations), default=0)
-    fitnesses = np.full((len(members), width), np.nan)
-    for row, one in zip(fitnesses, evaluations, strict=True):
-        row[: one.deployments] = one.fitnesses
-    arrays["fitnesses"] = fitnesses
-    arrays["delivered"] = np.array([one.delivered for one in evaluations], np.float64)
-    arrays["steps"] = np.array([one.steps for one in evaluations], np.float64)
-    arrays["contribution_sum"] = _stack([one.contribution_sum for one in evaluations], shape[:1], np.int64)
-    for name in _MEASURED:
-        arrays[name] = _stack([getattr(one, name) for one in evaluations], shape, np.float32)
-    arrays["explorations"] = np.array([member.explorations for member in members], np.int64)
-    return arrays
+def pack_members(members: list[Member]) -> dict[str, np.ndarray]:
+    """The members as they are kept, one behind the other: data uint8, length int64[m, 2], explorations int64[m]."""
+    pieces = [member.data for member in members]
+    return {
+        "data": np.frombuffer(b"".join(piece for pair in pieces for piece in pair), np.uint8),
+        "length": np.array([[len(piece) for piece in pair] for pair in pieces], np.int64).reshape(-1, 2),
+        "explorations": np.array([member.explorations for member in members], np.int64),
+    }
 
 
 def unpack_members(arrays: dict[str, np.ndarray]) -> list[Member]:
-    """The members that pack_members was given."""
-    members = []
-    for place, solution in enumerate(unpack_solutions(arrays)):
-        fitnesses = arrays["fitnesses"][place]
-        evaluation = Evaluation(
-            fitnesses=tuple(fitnesses[~np.isnan(fitnesses)].tolist()),
-            delivered=float(arrays["delivered"][place]),
-            steps=float(arrays["steps"][place]),
-            contribution_sum=arrays["contribution_sum"][place].copy(),
+    """The members that pack_members was given. What it raises for other arrays, see `Compressed`."""
+    data, members, start = arrays["data"].tobytes(), [], 0
+    for (one, other), explorations in zip(arrays["length"].tolist(), arrays["explorations"].tolist(), strict=True):
+        middle, end = start + one, start + one + other
+        members.append(Member.of_data(data[start:middle], data[middle:end], explorations))
+        start = end
+    return members
+
+
+def pack_deployments(held: Mapping[int, Deployment], shape: tuple[int, int]) -> dict[str, np.ndarray]:
+    """The arrays of deployments by number, in the order of their numbers."""
+    order = sorted(held)
+    arrays = {
+        "index": np.array(order, np.int64),
+        "fitness": np.array([held[index].fitness for index in order], np.float64),
+        "delivered": np.array([held[index].delivered for index in order], np.int64),
+        "steps": np.array([held[index].steps for index in order], np.int64),
+        "contribution": _stack([held[index].contribution for index in order], shape[:1], np.int32),
+    }
+    for name in _MEASURED:
+        dtype = np.int32 if name == "usage" else np.float32
+        arrays[name] = _stack([getattr(held[index], name) for index in order], shape, dtype)
+    return arrays
+
+
+def unpack_deployments(arrays: Mapping[str, np.ndarray]) -> dict[int, Deployment]:
+    """The deployments that pack_deployments was given."""
+    return {
+        int(index): Deployment(
+            fitness=float(arrays["fitness"][place]),
+            delivered=int(arrays["delivered"][place]),
+            steps=int(arrays["steps"][place]),
+            contribution=arrays["contribution"][place].copy(),
             **{name: arrays[name][place].copy() for name in _MEASURED},
         )
-        members.append(Member(solution, evaluation, int(arrays["explorations"][place])))
-    return members
+        for place, index in enumerate(arrays["index"].tolist())
+    }

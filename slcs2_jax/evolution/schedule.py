@@ -2,48 +2,87 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 
 from slcs2_jax.evolution.tasks import Name, Task
+from slcs2_jax.evolution.usage import Usage
 from slcs2_jax.rollout import Rollout
 
 FURTHEST = 8  # deployments ahead of the certain ones that may be computed before it is known whether they count
 
 
-def play(tasks: Sequence[Task], rollout: Rollout, after_chunk: Callable[[], None]) -> None:
-    """Compute deployments until every task is finished.
+class Crew:
+    """Tasks that share the slots of a rollout, and what is in the slots."""
 
-    Deployments that may turn out not to count fill slots that would be idle otherwise; those that are no longer wanted
-    are dropped. What a task receives, and so every result, is the same as without them.
-    """
-    flying: dict[int, tuple[Task, Name]] = {}
-    while not all(task.finished for task in tasks):
-        _fill(tasks, rollout, flying)
-        for done in rollout.advance():
-            task, name = flying.pop(done.slot)
+    def __init__(self, tasks: Sequence[Task], rollout: Rollout) -> None:
+        self.tasks, self.rollout = tasks, rollout
+        self.device_seconds = 0.0
+        self._flying: dict[int, tuple[Task, Name]] = {}
+
+    @property
+    def finished(self) -> bool:
+        """All of its tasks are."""
+        return all(task.finished for task in self.tasks)
+
+    def advance(self) -> None:
+        """Fill the slots, compute a chunk of steps, and hand over what has ended.
+
+        Deployments that may turn out not to count fill slots that would be idle otherwise; those that are no longer
+        wanted are dropped. What a task receives, and so every result, is the same as without them.
+        """
+        self._fill()
+        dispatched = time.perf_counter()
+        ended = self.rollout.advance()
+        self.device_seconds += time.perf_counter() - dispatched
+        for done in ended:
+            task, name = self._flying.pop(done.slot)
             if name in task.wanted(FURTHEST):
                 task.take(name, done)
-        for slot, (task, name) in list(flying.items()):
+        if ended:
+            self._drop_unwanted()
+
+    def _drop_unwanted(self) -> None:
+        for slot, (task, name) in list(self._flying.items()):
             if name not in task.wanted(FURTHEST):
-                rollout.cancel(slot)
-                del flying[slot]
-        after_chunk()
+                self.rollout.cancel(slot)
+                del self._flying[slot]
 
-
-def _fill(tasks: Sequence[Task], rollout: Rollout, flying: dict[int, tuple[Task, Name]]) -> None:
-    vacant = rollout.vacant()
-    if not vacant:
-        return
-    busy = {(id(task), name) for task, name in flying.values()}
-    for task, name in _queue(tasks):
-        if (id(task), name) in busy:
-            continue
-        slot = vacant.pop(0)
-        rollout.place(slot, task.job(name))
-        flying[slot] = (task, name)
-        busy.add((id(task), name))
+    def _fill(self) -> None:
+        vacant = self.rollout.vacant()
         if not vacant:
             return
+        busy = {(id(task), name) for task, name in self._flying.values()}
+        for task, name in _queue(self.tasks):
+            if (id(task), name) in busy:
+                continue
+            slot = vacant.pop(0)
+            self.rollout.place(slot, task.job(name))
+            self._flying[slot] = (task, name)
+            busy.add((id(task), name))
+            if not vacant:
+                return
+
+
+def play(crews: Sequence[Crew], after_chunk: Callable[[], None]) -> Usage:
+    """Compute deployments until every task is finished, the crews by turns; returns where the time went."""
+    start = time.perf_counter()
+    tasks = [task for crew in crews for task in crew.tasks]
+    slot_steps = sum(crew.rollout.slot_steps for crew in crews)
+    useful_steps = sum(task.useful_steps for task in tasks)
+    device_seconds = sum(crew.device_seconds for crew in crews)
+    while going := [crew for crew in crews if not crew.finished]:
+        for crew in going:
+            crew.advance()
+            after_chunk()
+    device_seconds = sum(crew.device_seconds for crew in crews) - device_seconds
+    return Usage(
+        compile_seconds=sum(crew.rollout.compile_seconds for crew in crews),
+        device_seconds=device_seconds,
+        host_seconds=time.perf_counter() - start - device_seconds,
+        slot_steps=sum(crew.rollout.slot_steps for crew in crews) - slot_steps,
+        useful_steps=sum(task.useful_steps for task in tasks) - useful_steps,
+    )
 
 
 def _queue(tasks: Sequence[Task]) -> Iterator[tuple[Task, Name]]:

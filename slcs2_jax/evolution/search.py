@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slcs2_jax.config import InputError
+from slcs2_jax.config.arguments import whole
 from slcs2_jax.evolution.acceptance import Ailta
 from slcs2_jax.evolution.collection import Collection
 from slcs2_jax.evolution.evaluation import (
@@ -70,8 +71,10 @@ class Search:
     def __init__(self, settings: SearchSettings, *, agents: int, rules: int, seed: int, source: RuleSource) -> None:
         """The whole run follows from the settings, the sizes, `seed`, and the evaluations told.
 
-        source(count, rng) draws random rules.
+        source(count, rng) draws random rules. Raises InputError for sizes or a seed that are not accepted.
         """
+        agents, rules = whole("agents", agents, 1, 64), whole("rules", rules, 1, 1000)
+        seed = whole("seed", seed, 0, 2**64 - 1)
         self._settings, self._shape, self._seed = settings, (agents, rules), seed
         self._supply = RuleSupply(source, seed_sequence(seed, PURPOSE_RULES))
         self._rng = np.random.Generator(np.random.PCG64(seed_sequence(seed, PURPOSE_SEARCH)))
@@ -182,7 +185,7 @@ class Search:
         best = next((place for place, member in enumerate(members) if member is self._best), None)
         held = members if best is not None or self._best is None else [*members, self._best]
         pending = [] if self._pending is None else [self._pending]
-        arrays = {f"members.{name}": array for name, array in pack_members(held, self._shape).items()}
+        arrays = {f"members.{name}": array for name, array in pack_members(held).items()}
         arrays |= {f"pending.{name}": array for name, array in pack_solutions(pending, self._shape).items()}
         meta = {
             "seed": self._seed,
@@ -197,6 +200,28 @@ class Search:
         }
         return arrays, meta
 
+    def restore(self, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> None:
+        """Become the run that state() was taken from, if this one has the same settings (more generations are allowed)
+        and rule source. Raises InputError if that one was of other sizes or another seed."""
+        if (list(self._shape), self._seed) != (list(meta["shape"]), meta["seed"]):
+            raise InputError(
+                f"search: the state is that of a run of {meta['shape']} agents and rules with seed {meta['seed']}; "
+                f"accepted is {list(self._shape)} with seed {self._seed}"
+            )
+        parts = {
+            part: {name.split(".", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{part}.")}
+            for part in ("members", "pending")
+        }
+        held = unpack_members(parts["members"])
+        pending = unpack_solutions(parts["pending"])
+        self._acceptance.restore(held[: meta["members"]], meta["acceptance"])
+        self._best = None if meta["best"] is None else held[meta["best"]]
+        self._pending = pending[0] if pending else None
+        self._pending_explorations = meta["pending_explorations"]
+        self._generation = meta["generation"]
+        self._rng.bit_generator.state = meta["rng"]
+        self._supply.restore(meta["supply"])
+
     @classmethod
     def from_state(
         cls,
@@ -209,17 +234,5 @@ class Search:
         """The run that state() was taken from, under the same settings and rule source."""
         agents, rules = meta["shape"]
         search = cls(settings, agents=agents, rules=rules, seed=meta["seed"], source=source)
-        parts = {
-            part: {name.split(".", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{part}.")}
-            for part in ("members", "pending")
-        }
-        held = unpack_members(parts["members"])
-        pending = unpack_solutions(parts["pending"])
-        search._acceptance.restore(held[: meta["members"]], meta["acceptance"])
-        search._best = None if meta["best"] is None else held[meta["best"]]
-        search._pending = pending[0] if pending else None
-        search._pending_explorations = meta["pending_explorations"]
-        search._generation = meta["generation"]
-        search._rng.bit_generator.state = meta["rng"]
-        search._supply.restore(meta["supply"])
+        search.restore(arrays, meta)
         return search

@@ -9,6 +9,7 @@ import numpy as np
 
 from slcs2_jax.config import InputError
 from slcs2_jax.evolution.supply import RuleSupply
+from slcs2_jax.grammar import rule_ids
 from slcs2_jax.grammar.vocabulary import MASK_WORDS
 
 
@@ -23,7 +24,6 @@ class Origin(IntEnum):
 _RULE_ARRAYS = {
     "mask": np.uint32,
     "action": np.uint8,
-    "ids": np.uint64,
     "origin_kind": np.uint8,
     "origin_generation": np.int32,
     "origin_agent": np.int8,
@@ -39,7 +39,6 @@ class Solution:
 
     mask: np.ndarray  # uint32[n, R, 4] clause masks
     action: np.ndarray  # uint8[n, R] action numbers
-    ids: np.ndarray  # uint64[n, R] rule identities
     origin_kind: np.ndarray  # uint8[n, R] of Origin
     origin_generation: np.ndarray  # int32[n, R] generation in which the rule got its kind
     origin_agent: np.ndarray  # int8[n, R] agent it was copied from; -1 if it was not
@@ -66,6 +65,11 @@ class Solution:
     def rules(self) -> int:
         return self.action.shape[1]
 
+    @property
+    def ids(self) -> np.ndarray:
+        """Rule identities uint64[n, R], computed at each look."""
+        return rule_ids(self.mask, self.action)
+
     def arrays(self) -> dict[str, np.ndarray]:
         """The per-rule arrays by name."""
         return {name: getattr(self, name) for name in _RULE_ARRAYS}
@@ -82,7 +86,6 @@ def initial_solution(agents: int, rules: int, supply: RuleSupply) -> Solution:
     return Solution(
         mask=drawn["mask"].reshape(*shape, MASK_WORDS),
         action=drawn["action"].reshape(shape),
-        ids=drawn["ids"].reshape(shape),
         origin_kind=np.full(shape, Origin.INITIAL, np.uint8),
         origin_generation=np.zeros(shape, np.int32),
         origin_agent=np.full(shape, -1, np.int8),

@@ -7,7 +7,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from slcs2_jax.config import InputError
-from slcs2_jax.grammar import rule_ids
 from slcs2_jax.grammar.vocabulary import MASK_WORDS
 
 BLOCK = 4096  # part of what a seed means: another size gives other rules
@@ -38,10 +37,10 @@ class RuleSupply:
                 f"({BLOCK}, {MASK_WORDS}) and ({BLOCK},) are expected"
             )
         mask, action = np.asarray(mask, np.uint32), np.asarray(action, np.uint8)
-        return {"mask": mask, "action": action, "ids": rule_ids(mask, action)}
+        return {"mask": mask, "action": action}
 
     def take(self, count: int) -> dict[str, np.ndarray]:
-        """The next `count` rules: mask uint32[count, 4], action uint8[count], ids uint64[count]."""
+        """The next `count` rules: mask uint32[count, 4], action uint8[count]."""
         pieces: list[dict[str, np.ndarray]] = []
         while count or not pieces:
             if self._block is None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
+
+import numpy as np
 
 from slcs2_jax.evolution.evaluation import Deployment, fresh_deployment_key
 from slcs2_jax.evolution.member import Member
+from slcs2_jax.evolution.packing import pack_deployments, unpack_deployments
 from slcs2_jax.evolution.search import HistoryRow, Search
 from slcs2_jax.grammar import RuleSets
 from slcs2_jax.rollout import Done, Job
@@ -45,6 +48,8 @@ class Site:
 class Task(Protocol):
     """Something that needs deployments until it is finished."""
 
+    site: Site
+
     @property
     def finished(self) -> bool:
         """Whether nothing more is needed."""
@@ -53,6 +58,11 @@ class Task(Protocol):
     @property
     def hope(self) -> float:
         """How likely deployments beyond the certain ones are to count: a fitness."""
+        ...
+
+    @property
+    def useful_steps(self) -> int:
+        """Time-steps of the deployments that counted so far."""
         ...
 
     def wanted(self, ahead: int) -> list[Name]:
@@ -92,6 +102,11 @@ class Measurement:
         """Those taken, in order."""
         return [self.taken[index] for index in sorted(self.taken)]
 
+    @property
+    def useful_steps(self) -> int:
+        """Time-steps of those taken: all count."""
+        return sum(one.steps for one in self.taken.values())
+
     def wanted(self, ahead: int) -> list[Name]:
         """All that are missing; they are all certain."""
         return [("fresh", 0, index) for index in range(self.count) if index not in self.taken]
@@ -122,16 +137,21 @@ class Run:
         self._begin()
 
     def _begin(self) -> None:
+        """Turn to the solution that the search asks for, or to its winner once it asks for no more."""
+        self.measurement = None
+        if self.search.finished:
+            winner = self.winner.solution
+            self.measurement = Measurement(self.site, RuleSets(winner.mask, winner.action), self._fresh)
+            return
         self._trial = self.search.trial()
         solution = self.search.ask()
         self._rules = RuleSets(solution.mask, solution.action)
         self._parent = next((m.fitness for m in self.search.members if m.generation == solution.parent), 0.0)
 
     @property
-    def all_steps(self) -> int:
+    def useful_steps(self) -> int:
         """Time-steps that counted, those of the winner's measurement too."""
-        measured = [] if self.measurement is None else self.measurement.deployments
-        return self.env_steps + sum(one.steps for one in measured)
+        return self.env_steps + (0 if self.measurement is None else self.measurement.useful_steps)
 
     @property
     def winner(self) -> Member:
@@ -172,8 +192,48 @@ class Run:
         self.evaluations += evaluation.deployments
         self.env_steps += round(evaluation.steps * evaluation.deployments)
         self._record(self.search.tell(evaluation))
-        if self.search.finished:
-            winner = self.winner.solution
-            self.measurement = Measurement(self.site, RuleSets(winner.mask, winner.action), self._fresh)
-        else:
-            self._begin()
+        self._begin()
+
+    @property
+    def _taken(self) -> dict[int, Deployment]:
+        return self._trial.held if self.measurement is None else self.measurement.taken
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Generations told, and deployments taken since; another one whenever there is something new to save."""
+        return self.search.generation, len(self._taken)
+
+    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Everything the run needs to go on exactly, between two deployments: arrays, and a JSON-able dictionary.
+
+        Deployments that are being computed are left out: they follow from their keys and are computed again.
+        """
+        arrays, meta = self.search.state()
+        shape = self._rules.action.shape
+        arrays = {f"search.{name}": array for name, array in arrays.items()}
+        taken = pack_deployments(self._taken, (shape[0], shape[1]))
+        arrays |= {f"taken.{name}": array for name, array in taken.items()}
+        return arrays, {
+            "search": meta,
+            "evaluations": self.evaluations,
+            "env_steps": self.env_steps,
+            "measuring": self.measurement is not None,
+        }
+
+    def restore(self, arrays: Mapping[str, np.ndarray], meta: Mapping[str, Any]) -> None:
+        """Become the run that state() was taken from. Where the search goes further than that one did, it goes on and
+        the measurement of the former winner is dropped."""
+        parts: dict[str, dict[str, np.ndarray]] = {"search": {}, "taken": {}}
+        for name, array in arrays.items():
+            part, _, rest = name.partition(".")
+            parts[part][rest] = array
+        self.search.restore(parts["search"], meta["search"])
+        self.evaluations, self.env_steps = int(meta["evaluations"]), int(meta["env_steps"])
+        self._begin()
+        if meta["measuring"] != (self.measurement is not None):
+            return
+        for index, deployment in unpack_deployments(parts["taken"]).items():
+            if self.measurement is None:
+                self._trial.add(index, deployment)
+            else:
+                self.measurement.taken[index] = deployment

@@ -1,7 +1,8 @@
 """What runs leave behind: the run folder, saved solutions, summaries; and what is shown while they go on. No JAX."""
 
 from slcs2_jax.results.progress import Progress, Quiet, Report
-from slcs2_jax.results.run_folder import FinishedRun, RunFolder, check_free, read_run
+from slcs2_jax.results.reading import FinishedRun, read_run
+from slcs2_jax.results.run_folder import RunFolder, check_free, check_usable
 from slcs2_jax.results.saved import SavedSolution, load_solution
 from slcs2_jax.results.summary import EvaluationSummary, InstanceSummary, RunSummary, ScenarioSummary
 
@@ -17,6 +18,7 @@ __all__ = [
     "SavedSolution",
     "ScenarioSummary",
     "check_free",
+    "check_usable",
     "load_solution",
     "read_run",
 ]

@@ -1,98 +1,188 @@
-"""The folder of one run: config.yaml, generations.jsonl, solutions/ and summary.json. Nothing is ever overwritten."""
+"""The folder of one run while it is made. What is in it is replaced whole or added to, never damaged.
+
+config.yaml, grammar.bnf, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of all, summary.json.
+"""
 
 from __future__ import annotations
 
-import json
-import os
-import platform
-import sys
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from datetime import datetime
-from importlib import metadata
+import zlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax import __version__
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
-from slcs2_jax.config.field import show
-from slcs2_jax.results.files import write_json
-from slcs2_jax.results.saved import SavedSolution, load_solution
+from numpy.typing import NDArray
 
-CONFIG, GENERATIONS, SOLUTIONS, SUMMARY = "config.yaml", "generations.jsonl", "solutions", "summary.json"
-_OURS = (CONFIG, GENERATIONS, SOLUTIONS, SUMMARY)
+from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.field import show
+from slcs2_jax.results.archive import read_archive, write_archive
+from slcs2_jax.results.documents import write_document
+from slcs2_jax.results.files import delete, remove_leftovers, storing, sync, write_whole
+from slcs2_jax.results.lock import FolderLock
+from slcs2_jax.results.rows import append_rows, cut_rows, sort_rows
+from slcs2_jax.results.run_config import (
+    CONFIG,
+    RunConfig,
+    check_same,
+    check_writable,
+    new_record,
+    read_config,
+    write_config,
+)
+from slcs2_jax.results.saved import SavedSolution
+
+GRAMMAR, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY = (
+    "grammar.bnf",
+    "generations.jsonl",
+    "checkpoint.npz",
+    "solutions",
+    "timing.json",
+    "summary.json",
+)
+# Before config.yaml a folder holds no run: these may be left of one that was killed while it started.
+_STARTED = (CONFIG, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY)
+CHECKPOINT_FORMAT = "slcs2_jax checkpoint 1"
+SUMMARY_VERSION = TIMING_VERSION = 1
 
 
 def check_free(path: str | Path) -> Path:
     """The folder as a Path if a new run may use it; raises InputError naming it otherwise. Makes nothing."""
-    folder = Path(path)
-    label = f"run_dir={show(str(path))}"
-    for parent in (folder, *folder.parents):
-        if parent.exists():
-            if not parent.is_dir():
-                raise InputError(f"{label}: {parent} is a file; accepted is a folder that is new or holds no run")
-            if not os.access(parent, os.W_OK | os.X_OK):
-                raise InputError(f"{label}: {parent} cannot be written to; accepted is a folder that can")
-            break
-    taken = [name for name in _OURS if (folder / name).exists()]
+    folder = check_writable(path)
+    taken = [name for name in _STARTED if (folder / name).exists()]
     if taken:
+        label = f"run_dir={show(str(path))}"
         raise InputError(f"{label}: already holds a run ({taken[0]}); accepted is a folder that is new or holds none")
     return folder
 
 
-def versions() -> dict[str, str]:
-    """Versions of this package, Python, and what decides its results."""
-    found = {"slcs2_jax": __version__, "python": platform.python_version()}
-    for name in ("jax", "jaxlib", "numpy"):
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = "unknown"
+def check_usable(settings: Settings) -> RunConfig | None:
+    """What the run folder holds if these settings can go on with it, None if it is free. Makes nothing.
+
+    Raises InputError if it holds another run, naming the setting that differs, or a damaged one.
+    """
+    if settings.run_dir is None:
+        raise InputError("run_dir=null: accepted is the path of a folder")
+    folder = Path(settings.run_dir)
+    if not (folder / CONFIG).exists():
+        check_free(folder)
+        return None
+    found = read_config(folder)
+    if not found.evolves:
+        raise InputError(f"run_dir={show(settings.run_dir)}: already holds an evaluation; accepted is another folder")
+    check_same(settings, found.settings, folder)
     return found
 
 
-@dataclass(frozen=True)
+@dataclass
 class RunFolder:
-    """The folder of a run that is being written."""
+    """The folder of a run that is being written. With `open` it is locked until `close`."""
 
     path: Path
+    config: RunConfig
+    _lock: FolderLock | None = field(default=None, repr=False)
 
     @classmethod
-    def create(cls, settings: Settings, *, device: str, record: Mapping[str, Any] | None = None) -> RunFolder:
+    def create(
+        cls, settings: Settings, *, device: str, record: Mapping[str, Any] | None = None, kind: str = "evaluate"
+    ) -> RunFolder:
         """Make `settings.run_dir` and its config.yaml, which keeps `record` beside time, command, device and versions.
 
-        Raises InputError if the folder holds a run or cannot be written.
+        Raises InputError if the folder holds a run or cannot be written, StorageError if the disk refuses.
         """
-        from omegaconf import OmegaConf
-
         if settings.run_dir is None:
             raise InputError("run_dir=null: accepted is the path of a folder")
         folder = check_free(settings.run_dir)
-        kept: dict[str, Any] = {
-            "started": datetime.now().astimezone().isoformat(timespec="seconds"),
-            "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]) if sys.argv else "",
-            "device": device,
-            "versions": versions(),
-            **(record or {}),
-        }
-        text = OmegaConf.to_yaml(OmegaConf.create(settings_to_dict(settings) | {"record": kept}))
-        try:
+        with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
-            with (folder / CONFIG).open("x", encoding="utf-8") as file:
-                file.write(text)
-        except FileExistsError:
-            raise InputError(
-                f"run_dir={show(settings.run_dir)}: already holds a run; accepted is a new folder"
-            ) from None
-        except OSError as error:
-            raise InputError(f"run_dir={show(settings.run_dir)}: cannot be made ({error.strerror})") from None
-        return cls(folder)
+        config = RunConfig(settings, new_record(kind, device, record or {}))
+        write_config(folder, config)
+        return cls(folder, config)
+
+    @classmethod
+    def open(
+        cls, settings: Settings, *, device: str, grammar_text: Callable[[], str], record: Mapping[str, Any]
+    ) -> RunFolder:
+        """Lock the folder of a run of evolution; make it if it is new, else go on with what it holds.
+
+        A run that goes further than it did is noted in its config.yaml, and no longer counts as finished. Of a new
+        one, `grammar_text` gives the grammar, which the folder keeps.
+
+        Raises InputError if another process works in it, or it holds another run or a damaged one; StorageError.
+        """
+        if settings.run_dir is None:
+            raise InputError("run_dir=null: accepted is the path of a folder")
+        folder = check_writable(settings.run_dir)
+        with storing(folder, "made"):
+            folder.mkdir(parents=True, exist_ok=True)
+        lock = FolderLock(folder)
+        try:
+            remove_leftovers(folder)
+            found = check_usable(settings)
+            if found is None:
+                data = grammar_text().encode("utf-8", "surrogatepass")
+                write_whole(folder / GRAMMAR, lambda file: file.write(data))
+                more = {**record, "grammar_crc": _crc(data)}
+                found = RunConfig(settings, new_record("evolve", device, more))
+                write_config(folder, found)
+            elif found.settings.search.generations < settings.search.generations:
+                search = replace(found.settings.search, generations=settings.search.generations)
+                found = RunConfig(replace(found.settings, search=search), found.record)
+                write_config(folder, found)
+                delete(folder / SUMMARY)
+        except BaseException:
+            lock.release()
+            raise
+        return cls(folder, found, lock)
+
+    def close(self) -> None:
+        """Let go of the folder."""
+        if self._lock is not None:
+            self._lock.release()
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows (one per instance and generation) to generations.jsonl. Raises ValueError for NaN or infinity."""
-        text = "".join(json.dumps(row, allow_nan=False) + "\n" for row in rows)
-        with (self.path / GENERATIONS).open("a", encoding="utf-8") as file:
-            file.write(text)
+        append_rows(self.path / GENERATIONS, rows)
+
+    def cut_rows(self, generations: Sequence[int]) -> None:
+        """Leave in generations.jsonl the rows of the first `generations[i]` generations of instance i alone."""
+        file = self.path / GENERATIONS
+        try:
+            cut_rows(file, generations)
+        except InputError as error:
+            raise InputError(f"{file}: {error}; {_start_over(GENERATIONS, CHECKPOINT)}") from None
+
+    def sort_rows(self) -> None:
+        """Put generations.jsonl into the order of a run that has ended."""
+        file = self.path / GENERATIONS
+        try:
+            sort_rows(file)
+        except InputError as error:
+            raise InputError(f"{file}: {error}; {_start_over(GENERATIONS, CHECKPOINT)}") from None
+
+    def save_checkpoint(self, arrays: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
+        """Replace checkpoint.npz, once the rows that it counts on are on the disk. Raises StorageError."""
+        file = self.path / GENERATIONS
+        if file.exists():
+            sync(file)
+        write_archive(self.path / CHECKPOINT, CHECKPOINT_FORMAT, arrays, about, compressed=False)
+
+    def load_checkpoint(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
+        """What save_checkpoint was given last, None before the first time. Raises InputError naming a damaged file."""
+        file = self.path / CHECKPOINT
+        if not file.exists():
+            return None
+        try:
+            return read_archive(file, CHECKPOINT_FORMAT)
+        except InputError as error:
+            raise self.bad_checkpoint(error) from None
+
+    def bad_checkpoint(self, error: Exception) -> InputError:
+        """What to say of a checkpoint that cannot be gone on from."""
+        return InputError(f"{self.path / CHECKPOINT}: {show(str(error))}; {_start_over(CHECKPOINT)}")
+
+    def read_grammar(self) -> str:
+        """grammar.bnf as it was when the run was started. Raises InputError if it was changed since."""
+        return read_grammar(self.path, self.config)
 
     def save_best(self, instance: int, solution: SavedSolution) -> Path:
         """solutions/instance_000_best.npz and .txt; returns the .npz's path."""
@@ -104,66 +194,48 @@ class RunFolder:
 
     def _save(self, name: str, solution: SavedSolution) -> Path:
         path = self.path / SOLUTIONS / f"{name}.npz"
-        path.parent.mkdir(exist_ok=True)
+        with storing(path.parent, "made"):
+            path.parent.mkdir(exist_ok=True)
         solution.save(path)
         solution.save_text(path.with_suffix(".txt"))
         return path
 
+    def keep_solutions(self, kept: Iterable[Path]) -> None:
+        """Delete every saved solution but these (.npz, and the .txt beside it): what a shorter run has left."""
+        names = {path.with_suffix(end).name for path in kept for end in (".npz", ".txt")}
+        folder = self.path / SOLUTIONS
+        with storing(folder, "changed"):
+            for path in folder.iterdir():
+                if path.name not in names and path.suffix in (".npz", ".txt", ".tmp"):
+                    path.unlink()
+
+    def write_timing(self, timing: Mapping[str, Any]) -> None:
+        """timing.json: how long the run took, which is no part of its results."""
+        write_document(self.path / TIMING, "timing", TIMING_VERSION, timing)
+
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """summary.json, whole or not at all; its presence says that the run ended."""
-        write_json(self.path / SUMMARY, dict(summary))
+        write_document(self.path / SUMMARY, "summary", SUMMARY_VERSION, summary)
 
 
-@dataclass(frozen=True)
-class FinishedRun:
-    """A run folder that is read."""
-
-    path: Path
-    settings: Settings
-    record: dict[str, Any]
-    rows: tuple[dict[str, Any], ...]
-    summary: dict[str, Any] | None
-
-    def best(self, instance: int) -> SavedSolution:
-        """The best solution of an instance."""
-        return load_solution(self.path / SOLUTIONS / f"instance_{instance:03d}_best.npz")
-
-    def members(self, instance: int) -> list[SavedSolution]:
-        """The final collection of an instance."""
-        return [
-            load_solution(path)
-            for path in sorted((self.path / SOLUTIONS).glob(f"instance_{instance:03d}_member_*.npz"))
-        ]
-
-
-def read_run(path: str | Path) -> FinishedRun:
-    """Read a run folder, finished (its summary is there) or not. Raises InputError naming a missing or damaged file."""
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-    from yaml import YAMLError  # type: ignore[import-untyped]
-
-    folder = Path(path)
-    file = folder / CONFIG
+def read_grammar(folder: Path, config: RunConfig) -> str:
+    """The text of the grammar that a run was started with. Raises InputError naming the file if it was damaged."""
+    file = folder / GRAMMAR
     try:
-        config: Any = OmegaConf.to_container(OmegaConf.load(file), resolve=False)
-        record = config.pop("record")
-        settings = settings_from(config)
-        file = folder / GENERATIONS
-        text = file.read_text(encoding="utf-8") if file.exists() else ""
-        rows = [_parse(line) for line in text[: text.rfind("\n") + 1].splitlines()]  # a last line cut short is no row
-        file = folder / SUMMARY
-        summary = _parse(file.read_text(encoding="utf-8")) if file.exists() else None
-    except (OSError, ValueError, KeyError, AttributeError, TypeError, YAMLError, OmegaConfBaseException) as error:
-        reason = " ".join(str(error).split())[:160]
-        raise InputError(f"{file}: not a file of a run folder of slcs2 ({reason})") from None
-    return FinishedRun(folder, settings, record, tuple(rows), summary)
+        data = file.read_bytes()
+        if _crc(data) != config.record.get("grammar_crc"):
+            raise InputError("its checksum does not fit: it was damaged or changed by hand")
+        return data.decode("utf-8", "surrogatepass")
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{file}: not the grammar that the run was started with ({show(str(error))}); put it back, or start the "
+            "run again in another folder"
+        ) from None
 
 
-def _parse(text: str) -> dict[str, Any]:
-    def refuse(name: str) -> None:
-        raise ValueError(f"{name} is no finite number")
+def _crc(data: bytes) -> str:
+    return f"{zlib.crc32(data):08x}"
 
-    value = json.loads(text, parse_constant=refuse)
-    if not isinstance(value, dict):
-        raise ValueError("a JSON object is expected")
-    return value
+
+def _start_over(*files: str) -> str:
+    return f"delete {' and '.join(files)}, and slcs2 resume computes the run again from its start"

@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
-import zlib
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,22 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
-from slcs2_jax.grammar import RuleSets
-from slcs2_jax.results.files import write_text, write_whole
+from slcs2_jax.config.arguments import path_of
+from slcs2_jax.grammar import RuleSets, rule_from_mask
+from slcs2_jax.grammar.vocabulary import MASK_WORDS
+from slcs2_jax.results.archive import check_arrays, read_archive, write_archive
+from slcs2_jax.results.files import storing, write_text
 
-FORMAT = "slcs2_jax solution 1"
+FORMAT = "slcs2_jax solution 2"
 
-_ARRAYS: dict[str, type[np.generic]] = {
-    "mask": np.uint32,
-    "action": np.uint8,
-    "quality": np.float32,
-    "strength": np.float32,
-    "error": np.float32,
-    "usage": np.int32,
-    "contribution": np.float32,
-}
-_TEXTS = ("format", "about")
-_ABOUT: dict[str, type | tuple[type, ...]] = {
+_RULES = {"mask": np.uint32, "action": np.uint8}
+_LEARNT = {"quality": np.float32, "strength": np.float32, "error": np.float32, "usage": np.int32}
+_ORIGIN = {"origin_kind": np.uint8, "origin_generation": np.int32, "origin_agent": np.int8}
+_NO_ORIGIN = {"origin_kind": 0, "origin_generation": 0, "origin_agent": -1}
+_PER_RULE: dict[str, Any] = _LEARNT | _ORIGIN
+_OTHER: dict[str, Any] = _PER_RULE | {"contribution": np.float32}
+_ABOUT: dict[str, type] = {
     "instance_seed": int,
     "generation": int,
     "fitness": float,
@@ -51,10 +48,13 @@ class SavedSolution:
         quality, strength, error: float32[n, R], q, zeta, epsilon at the end.
         usage: int32[n, R], tau.
         contribution: float32[n], delivered packets that the agent had held.
-        settings: of the run it evolved in.
+        settings: of the run it evolved in; run folder, device and saving are left at their defaults in a saved file.
         grammar_text: its grammar's BNF, so that a user's own grammar need not be found again.
         instance_seed, generation: which instance's search made it, and when.
         fitness: mean over `deployments`.
+        origin_kind: uint8[n, R], how a rule came to the agent: 0 in the first solution, 1 random in a later one, 2
+            copied from another agent; origin_generation: int32[n, R], when; origin_agent: int8[n, R], from which agent,
+            -1 if it was not copied. Left out: all rules are of the first solution.
     """
 
     rules: RuleSets
@@ -69,23 +69,35 @@ class SavedSolution:
     generation: int
     fitness: float
     deployments: int
+    origin_kind: NDArray[np.uint8] | None = None
+    origin_generation: NDArray[np.int32] | None = None
+    origin_agent: NDArray[np.int8] | None = None
 
     def __post_init__(self) -> None:
         shape = self.rules.action.shape
-        for name in ("quality", "strength", "error", "usage", "contribution"):
-            array = np.asarray(getattr(self, name)).astype(_ARRAYS[name], casting="same_kind")
+        for name, value in _NO_ORIGIN.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.full(shape, value, _ORIGIN[name]))
+        for name, dtype in _OTHER.items():
+            array = np.asarray(getattr(self, name)).astype(dtype, casting="same_kind")
             expected = shape[:1] if name == "contribution" else shape
             if array.shape != expected:
                 raise InputError(f"{name}: shape {list(array.shape)}; accepted is {list(expected)}")
             if not np.isfinite(array).all():
                 raise InputError(f"{name}: a value is not finite; accepted are finite numbers")
-            if name in ("error", "usage", "contribution") and (array < 0).any():
+            if name in ("error", "usage", "contribution", "origin_generation") and (array < 0).any():
                 raise InputError(f"{name}: a value is below 0; accepted are numbers from 0")
             object.__setattr__(self, name, array)
+        self._check_origin()
         if not np.isfinite(self.fitness) or not -1 <= self.fitness <= 1:
             raise InputError(f"fitness={self.fitness}: accepted is a number from -1 to 1")
         if self.deployments < 1 or self.generation < 0 or self.instance_seed < 0:
             raise InputError("deployments, generation, instance_seed: accepted are whole numbers from 1, 0 and 0")
+
+    def _check_origin(self) -> None:
+        kind, agent = np.asarray(self.origin_kind), np.asarray(self.origin_agent)
+        if (kind > 2).any() or ((agent >= 0) != (kind == 2)).any() or (agent < -1).any() or (agent >= len(kind)).any():
+            raise InputError("origin: accepted are kinds 0 to 2, and an agent of the swarm where the kind is 2")
 
     @property
     def agents(self) -> int:
@@ -93,7 +105,7 @@ class SavedSolution:
         return self.rules.action.shape[0]
 
     def save(self, path: Path) -> None:
-        """Write the file whole or not at all."""
+        """Write the file whole or not at all. Raises StorageError."""
         about = {
             "instance_seed": int(self.instance_seed),
             "generation": int(self.generation),
@@ -102,13 +114,8 @@ class SavedSolution:
             "grammar_text": self.grammar_text,
             "settings": settings_to_dict(self.settings),
         }
-        arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS if name not in ("mask", "action")}
-        arrays |= {"mask": self.rules.mask, "action": self.rules.action}
-        entries: dict[str, Any] = arrays | {
-            "format": np.array(FORMAT),
-            "about": np.array(json.dumps(about, allow_nan=False)),
-        }
-        write_whole(path, lambda file: np.savez_compressed(file, **entries))
+        arrays = {name: getattr(self, name) for name in _OTHER}
+        write_archive(path, FORMAT, arrays | {"mask": self.rules.mask, "action": self.rules.action}, about)
 
     def text(self) -> str:
         """Every agent's rules as a person reads them, the strongest first, with q, zeta, eps and tau."""
@@ -122,7 +129,8 @@ class SavedSolution:
             for rule in np.argsort(-self.strength[agent], kind="stable"):
                 q, zeta, eps = (array[agent, rule] for array in (self.quality, self.strength, self.error))
                 tau = self.usage[agent, rule]
-                lines.append(f"{q:9.3f} {zeta:9.4f} {eps:9.3f} {tau:7d}  {self.rules.text(agent, int(rule))}")
+                text = _rule_text(self.rules.mask[agent, rule].tobytes(), int(self.rules.action[agent, rule]))
+                lines.append(f"{q:9.3f} {zeta:9.4f} {eps:9.3f} {tau:7d}  {text}")
         return "\n".join(lines) + "\n"
 
     def save_text(self, path: Path) -> None:
@@ -130,46 +138,35 @@ class SavedSolution:
         write_text(path, self.text())
 
 
+@functools.lru_cache(maxsize=2**16)
+def _rule_text(mask: bytes, action: int) -> str:
+    """A rule in words; the members of a collection have most of theirs in common."""
+    return rule_from_mask(np.frombuffer(mask, np.uint32), action).text()
+
+
 def load_solution(path: str | Path) -> SavedSolution:
     """Read a saved solution. Raises InputError naming the file if it is none, damaged, or holds impossible values."""
-    file = Path(path)
+    file = path_of("solution", path)
     label = f"solution={file}"
     if not file.is_file():
         raise InputError(f"{label}: no such file; accepted is a solution saved by slcs2, RUN/solutions/*.npz")
     try:
-        if not zipfile.is_zipfile(file):
-            raise InputError("no .npz archive, or cut short")
-        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as stored:
-            if not isinstance(stored, np.lib.npyio.NpzFile):
-                raise InputError("not an .npz archive")
-            if set(stored.files) != {*_ARRAYS, *_TEXTS}:
-                raise InputError("its entries are not those of a solution")
-            entries = {name: stored[name] for name in stored.files}
-        return _from_entries(entries)
+        with storing(file, "read"):
+            return _from_entries(*read_archive(file, FORMAT))
     except InputError as error:
         raise InputError(f"{label}: not a solution saved by slcs2 ({error})") from None
-    except (OSError, EOFError, ValueError, KeyError, MemoryError, NotImplementedError, RecursionError,
-            zipfile.BadZipFile, zlib.error) as error:  # fmt: skip
-        reason = " ".join(str(error).split())[:120]
-        raise InputError(f"{label}: cannot be read as a solution saved by slcs2 ({reason})") from None
 
 
-def _from_entries(entries: dict[str, NDArray[Any]]) -> SavedSolution:
-    for name in _TEXTS:
-        if entries[name].dtype.kind != "U" or entries[name].shape != ():
-            raise InputError(f"{name} is not a text")
-    if str(entries["format"]) != FORMAT:
-        raise InputError(f"format {str(entries['format'])[:40]!r}; accepted is {FORMAT!r}")
-    for name, dtype in _ARRAYS.items():
-        if entries[name].dtype != dtype:
-            raise InputError(f"{name} is {entries[name].dtype}; accepted is {np.dtype(dtype)}")
-    shape = entries["action"].shape
+def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> SavedSolution:
+    shape = entries["action"].shape if "action" in entries else (0, 0)
     if len(shape) != 2 or not 2 <= shape[0] <= _MOST_AGENTS or not 1 <= shape[1] <= _MOST_RULES:
         raise InputError(
             f"action has shape {list(shape)}; accepted are 2-{_MOST_AGENTS} agents and 1-{_MOST_RULES} rules"
         )
-    about = json.loads(str(entries["about"]))
-    if not isinstance(about, dict) or set(about) != set(_ABOUT):
+    expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULES).items()}
+    expected |= {"contribution": (np.float32, shape[:1]), "mask": (np.uint32, (*shape, MASK_WORDS))}
+    check_arrays(entries, expected)
+    if set(about) != set(_ABOUT):
         raise InputError("its description is not that of a solution")
     for name, kind in _ABOUT.items():
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
@@ -177,5 +174,5 @@ def _from_entries(entries: dict[str, NDArray[Any]]) -> SavedSolution:
     settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
-    arrays: dict[str, Any] = {name: entries[name] for name in _ARRAYS if name not in ("mask", "action")}
+    arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}
     return SavedSolution(rules=RuleSets(entries["mask"], entries["action"]), settings=settings, **arrays, **about)

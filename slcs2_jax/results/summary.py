@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -25,6 +25,7 @@ class InstanceSummary(_Finite):
 
     Attributes:
         seed: the instance's seed.
+        generations: how many it made.
         best_fitness: greatest mean fitness of any solution that the search evaluated.
         fresh_mean, fresh_sd: mean and standard deviation of the winner's fitness over its fresh deployments.
         evaluations: episodes run by the search.
@@ -32,6 +33,7 @@ class InstanceSummary(_Finite):
     """
 
     seed: int
+    generations: int
     best_fitness: float
     fresh_mean: float
     fresh_sd: float
@@ -41,20 +43,48 @@ class InstanceSummary(_Finite):
 
 @dataclass(frozen=True, kw_only=True)
 class RunSummary(_Finite):
-    """One evolution run, all its instances; `run_dir` is "" where nothing was written."""
+    """One evolution run, all its instances; `run_dir` is "" where nothing was written.
+
+    `generations` is what was asked for. The figures below `instances` are of the machine and no part of the results; 0
+    where they are not known. All but the first are those of the last session and of all runs that shared the batch.
+
+    Attributes:
+        wall_seconds: time of all sessions together.
+        env_steps_per_second: only time-steps of episodes that counted.
+        compile_seconds: compiling, or loading what was compiled before.
+        host_share: share of the time, compiling apart, in which the devices waited for the host.
+        useful_share: share of all slots' time-steps that counted.
+    """
 
     run_dir: str
+    generations: int
     instances: tuple[InstanceSummary, ...]
-    wall_seconds: float
-    env_steps_per_second: float
+    wall_seconds: float = 0.0
+    env_steps_per_second: float = 0.0
+    compile_seconds: float = 0.0
+    host_share: float = 0.0
+    useful_share: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values as written to summary.json (without the folder, which the file is in)."""
-        return {
-            "instances": [asdict(instance) for instance in self.instances],
-            "wall_seconds": self.wall_seconds,
-            "env_steps_per_second": self.env_steps_per_second,
-        }
+        """The results as written to summary.json: the same for equal runs, wherever and however they were made."""
+        return {"generations": self.generations, "instances": [asdict(instance) for instance in self.instances]}
+
+    def timing(self) -> dict[str, float]:
+        """The figures of the machine, as written to timing.json."""
+        return {name: float(getattr(self, name)) for name in _TIMING}
+
+    @classmethod
+    def from_json(cls, run_dir: str, results: Mapping[str, Any], timing: Mapping[str, Any] | None) -> RunSummary:
+        """The summary of a run that has ended, from what its folder holds."""
+        return cls(
+            run_dir=run_dir,
+            generations=results["generations"],
+            instances=tuple(InstanceSummary(**instance) for instance in results["instances"]),
+            **{name: (timing or {}).get(name, 0.0) for name in _TIMING},
+        )
+
+
+_TIMING = ("wall_seconds", "env_steps_per_second", "compile_seconds", "host_share", "useful_share")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,14 +118,16 @@ class EvaluationSummary(_Finite):
         return spread([scenario.fitness for scenario in self.scenarios])
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values as written to summary.json."""
+        """The results as written to summary.json."""
         return {
             "fitness_mean": self.mean,
             "fitness_sd": self.sd,
             "scenarios": [asdict(scenario) for scenario in self.scenarios],
-            "wall_seconds": self.wall_seconds,
-            "env_steps_per_second": self.env_steps_per_second,
         }
+
+    def timing(self) -> dict[str, float]:
+        """The figures of the machine, as written to timing.json."""
+        return {"wall_seconds": self.wall_seconds, "env_steps_per_second": self.env_steps_per_second}
 
 
 def spread(values: Sequence[float]) -> float:

@@ -8,6 +8,7 @@ import enum
 import numpy as np
 from numpy.typing import NDArray
 
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.settings import Settings, World
 
@@ -65,8 +66,10 @@ def make_scenario(settings: Settings, seed: int) -> Scenario:
     The same settings of world, radio range and swarm size give the same scenario for every algorithm, in any batch.
 
     Raises:
-        InputError: the walls leave no room for the agents around the source.
+        InputError: the walls leave no room for the agents around the source, or the seed is none.
     """
+    of_kind("settings", settings, Settings)
+    seed = whole("seed", seed, 0, 2**64 - 1)
     world, swarm = settings.world, settings.swarm
 
     def stream(purpose: _Stream) -> np.random.Generator:

@@ -106,9 +106,12 @@ def test_refused_in_one_line(arguments, part, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_mandatory_value_is_asked_for():
-    with pytest.raises(InputError, match="solution: has no default"):
-        compose(name="evaluate")
+def test_a_mandatory_value_of_a_users_group_is_asked_for(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("groups")
+    (folder / "radio").mkdir()
+    OmegaConf.save({"noise_dbm": "???"}, folder / "radio" / "mine.yaml")
+    with pytest.raises(InputError, match=r"radio\.noise_dbm: has no default"):
+        compose("--config-dir", str(folder), "radio=mine")
 
 
 def test_a_users_own_group(tmp_path_factory):

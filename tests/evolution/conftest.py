@@ -31,13 +31,14 @@ class Make:
     def solution(
         ids: np.ndarray | None = None, *, agents: int = 2, rules: int = 4, generation: int = 0, seed: int = 0
     ) -> Solution:
-        """A random solution; `ids` replaces its rule ids, so that sharing of rules can be written down."""
+        """A random solution; rules of equal `ids` are made equal, so that sharing of rules can be written down."""
         if ids is not None:
             agents, rules = np.shape(ids)
         drawn = initial_solution(agents, rules, Make.supply(seed))
         arrays = {name: array.copy() for name, array in drawn.arrays().items()}
         if ids is not None:
-            arrays["ids"] = np.array(ids, np.uint64)
+            arrays["mask"][..., 0] = ids
+            arrays["mask"][..., 1:], arrays["action"][:] = 0, 0
         return Solution(**arrays, generation=generation, parent=-1)
 
     @staticmethod

@@ -107,9 +107,11 @@ def test_the_summary_agrees_with_the_rows(together, main_run):
         assert instance["env_steps"] == round(sum(row["deployments"] * row["steps"] for row in own))
         assert -1 <= instance["fresh_mean"] <= 1
         assert instance["fresh_sd"] >= 0
-    assert main_run.summary["wall_seconds"] > 0
+    assert main_run.timing is not None
+    assert main_run.timing["wall_seconds"] > main_run.timing["compile_seconds"] > 0
+    assert 0 < main_run.timing["useful_share"] < 1
     [summary] = [one for one in together[2] if one.run_dir == str(main_run.path)]
-    assert main_run.summary == summary.to_json()
+    assert (main_run.summary, main_run.timing) == (summary.to_json(), summary.timing())
 
 
 def test_the_best_solutions_are_saved_with_what_they_learnt(main_run):
@@ -121,7 +123,8 @@ def test_the_best_solutions_are_saved_with_what_they_learnt(main_run):
         assert best.rules.action.shape == (AGENTS, RULES)
         assert best.usage.any()
         assert best.quality[best.usage > 0].any()
-        assert best.settings == main_run.settings
+        assert best.settings == dataclasses.replace(main_run.settings, run_dir=None, compute=Compute())
+        assert (best.origin_generation <= best.generation).all()
         text = (main_run.path / "solutions" / f"instance_{number:03d}_best.txt").read_text()
         assert text.count("=>") == AGENTS * RULES
         assert 1 <= len(main_run.members(number)) == rows(main_run.path)[instance["seed"]][-1]["size"]
@@ -235,6 +238,6 @@ def test_evaluation_in_other_worlds(main_run):
 
 def test_a_folder_that_holds_a_run_stays_as_it_is(main_run):
     before = {path: path.read_bytes() for path in main_run.path.rglob("*") if path.is_file()}
-    with pytest.raises(InputError, match="already holds a run"):
-        driver.evolve([small(main_run.path)])
+    with pytest.raises(InputError, match=r"seed=1: run_dir=.* already holds a run with seed=0"):
+        driver.evolve([small(main_run.path, seed=1)])
     assert {path: path.read_bytes() for path in main_run.path.rglob("*") if path.is_file()} == before

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from slcs2_jax.evolution.evaluation import counted
-from slcs2_jax.evolution.schedule import FURTHEST, play
+from slcs2_jax.evolution.schedule import FURTHEST, Crew, play
 
 
 @dataclass
@@ -27,6 +27,7 @@ class Rollout:
         self.placed: list[object] = []
         self.cancelled: list[object] = []
         self.most = 0
+        self.compile_seconds, self.slot_steps = 0.5, 0
 
     def vacant(self) -> list[int]:
         return [slot for slot in range(self.slots) if slot not in self.jobs]
@@ -43,6 +44,7 @@ class Rollout:
 
     def advance(self) -> list[Done]:
         assert self.jobs, "nothing to compute"
+        self.slot_steps += 10 * self.slots
         for slot in self.jobs:
             self.left[slot] -= 1
         return [Done(slot, self.jobs.pop(slot)) for slot in sorted(self.jobs) if self.left[slot] == 0]
@@ -58,6 +60,7 @@ class Task:
     hope: float = 0.0
     generation: int = 0
     held: dict[int, float] = field(default_factory=dict)
+    useful_steps: int = 0
     rows: list[tuple[float, ...]] = field(default_factory=list)
 
     @property
@@ -88,6 +91,7 @@ class Task:
         count = counted(values, min_deployments=1, max_redeployments=self.redeployments)
         if count is not None:
             self.rows.append(tuple(values[:count]))
+            self.useful_steps += 10 * count
             self.generation, self.held = self.generation + 1, {}
 
 
@@ -103,14 +107,14 @@ def one_after_the_other(task: Task) -> list[tuple[float, ...]]:
 @pytest.mark.parametrize("tasks", [1, 3, 8])
 def test_results_do_not_depend_on_the_slots(slots, tasks):
     played = [Task(seed, hope=random.Random(seed).uniform(-1, 1)) for seed in range(tasks)]
-    play(played, Rollout(slots), lambda: None)
+    play([Crew(played, Rollout(slots))], lambda: None)
     assert [task.rows for task in played] == [one_after_the_other(Task(seed)) for seed in range(tasks)]
     assert len({len(row) for task in played for row in task.rows}) > 1, "all evaluations are of one length"
 
 
 def test_one_slot_computes_nothing_that_does_not_count():
     task, rollout = Task(3), Rollout(1)
-    play([task], rollout, lambda: None)
+    play([Crew([task], rollout)], lambda: None)
     assert rollout.cancelled == []
     assert len(rollout.placed) == sum(map(len, task.rows))
 
@@ -119,7 +123,7 @@ def test_certain_deployments_come_first_then_the_hopeful():
     tasks = [Task(0, hope=-0.5), Task(1, hope=0.9), Task(2, hope=0.1)]
     rollout = Rollout(6)
     with pytest.raises(StopIteration):
-        play(tasks, rollout, stop)
+        play([Crew(tasks, rollout)], stop)
     assert [job[0] for job in rollout.placed] == [0, 1, 2, 1, 2, 0]
     assert [job[3] for job in rollout.placed] == [0, 0, 0, 1, 1, 1]
 
@@ -127,14 +131,14 @@ def test_certain_deployments_come_first_then_the_hopeful():
 def test_idle_slots_look_no_further_than_may_count():
     task, rollout = Task(0), Rollout(64)
     with pytest.raises(StopIteration):
-        play([task], rollout, stop)
+        play([Crew([task], rollout)], stop)
     assert [job[3] for job in rollout.placed] == list(range(6))
 
 
 def test_deployments_that_are_no_longer_wanted_are_dropped():
     tasks = [Task(seed) for seed in range(4)]
     rollout = Rollout(16)
-    play(tasks, rollout, lambda: None)
+    play([Crew(tasks, rollout)], lambda: None)
     assert rollout.cancelled, "nothing was in vain"
     assert rollout.jobs == {}, "something is left over"
     assert len(rollout.placed) == len(set(rollout.placed)), "a deployment was begun twice"
@@ -144,19 +148,34 @@ def test_deployments_that_are_no_longer_wanted_are_dropped():
 def test_finished_tasks_ask_for_nothing_and_the_others_go_on():
     tasks = [Task(0, generations=1), Task(1, generations=6), Task(2, generations=0)]
     rollout = Rollout(3)
-    play(tasks, rollout, lambda: None)
+    play([Crew(tasks, rollout)], lambda: None)
     assert [len(task.rows) for task in tasks] == [1, 6, 0]
     assert not [job for job in rollout.placed if job[0] == 2]
 
 
+def test_crews_advance_by_turns_until_all_are_finished_and_their_use_is_added_up():
+    tasks = [Task(seed, generations=2 + 3 * (seed % 2)) for seed in range(4)]
+    slots = [Rollout(2, longest=1), Rollout(5, longest=1)]
+    crews = [Crew(tasks[:1], slots[0]), Crew(tasks[1:], slots[1])]
+    before = []
+    usage = play(crews, lambda: before.append([rollout.slot_steps for rollout in slots]))
+    assert before[:3] == [[20, 0], [20, 50], [40, 50]]
+    assert [task.rows for task in tasks] == [one_after_the_other(Task(t.seed, t.generations)) for t in tasks]
+    assert usage.slot_steps == sum(rollout.slot_steps for rollout in slots)
+    assert usage.useful_steps == 10 * sum(len(row) for task in tasks for row in task.rows) < usage.slot_steps
+    assert usage.compile_seconds == 1.0
+    assert usage.host_seconds > 0 < usage.device_seconds
+    assert play(crews, stop).slot_steps == 0
+
+
 def test_no_tasks_need_nothing():
-    play([], Rollout(3), stop)
+    play([Crew([], Rollout(3))], stop)
 
 
 def test_somebody_is_told_after_every_chunk():
     calls = []
     task, rollout = Task(0), Rollout(1, longest=1)
-    play([task], rollout, lambda: calls.append(len(task.rows)))
+    play([Crew([task], rollout)], lambda: calls.append(len(task.rows)))
     assert len(calls) == len(rollout.placed)
     assert calls[-1] == task.generations
 

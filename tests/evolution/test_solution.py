@@ -30,7 +30,6 @@ def test_arrays_cannot_be_changed(make):
     [
         ("mask", lambda array: array[..., :3]),
         ("mask", lambda array: array.astype(np.int64)),
-        ("ids", lambda array: array[:1]),
         ("origin_agent", lambda array: array.astype(np.int32)),
         ("action", lambda array: array.ravel()),
     ],

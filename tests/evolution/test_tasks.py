@@ -177,7 +177,7 @@ def test_the_winner_is_measured_once_the_search_is_over(make, site):
     run = play.run
     assert run.search.finished
     assert not run.finished
-    assert run.winner.solution is second
+    assert run.winner.solution.equals(second)
     assert (run.winner.fitness, run.evaluations, run.env_steps) == (0.5, 3, 2 * LIMIT + 100)
     assert run.wanted(0) == [("fresh", 0, 0), ("fresh", 0, 1)]
     np.testing.assert_array_equal(run.job(("fresh", 0, 1)).mask, second.mask)
@@ -186,7 +186,7 @@ def test_the_winner_is_measured_once_the_search_is_over(make, site):
     assert run.finished
     assert run.wanted(8) == []
     assert (run.evaluations, run.env_steps) == (3, 2 * LIMIT + 100), "fresh deployments are none of the search"
-    assert run.all_steps == run.env_steps + 120
+    assert run.useful_steps == run.env_steps + 120
 
 
 def test_hope_is_the_parents_fitness(make, site):

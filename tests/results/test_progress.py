@@ -61,4 +61,6 @@ def test_duration(seconds, text):
 
 def test_a_summary_takes_no_nan():
     with pytest.raises(ValueError, match="fresh_mean=nan"):
-        InstanceSummary(seed=0, best_fitness=0.1, fresh_mean=math.nan, fresh_sd=0.0, evaluations=1, env_steps=1)
+        InstanceSummary(
+            seed=0, generations=1, best_fitness=0.1, fresh_mean=math.nan, fresh_sd=0.0, evaluations=1, env_steps=1
+        )

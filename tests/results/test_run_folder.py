@@ -22,6 +22,7 @@ def test_write_and_read(tmp_path):
     assert run.settings == settings(folder.path)
     assert [row["best"] for row in run.rows] == [0.5, -1.0, 0.6]
     assert run.summary == {"wall_seconds": 1.5}
+    assert run.timing is None
     assert run.record["device"] == "2 x cpu"
     assert {"slcs2_jax", "jax", "numpy", "python"} <= set(run.record["versions"])
 
@@ -67,17 +68,19 @@ def test_a_row_cut_short_is_left_out_and_a_damaged_one_is_named(tmp_path):
         file.write('{"best": 2')
     assert [row["best"] for row in read_run(tmp_path).rows] == [1.0]
     (tmp_path / "generations.jsonl").write_text('{"best": NaN}\n')
-    with pytest.raises(InputError, match=r"generations.jsonl: not a file of a run folder"):
+    with pytest.raises(InputError, match=r"generations.jsonl: line 1: no JSON.*NaN"):
         read_run(tmp_path)
 
 
 def test_no_run_folder(tmp_path):
-    with pytest.raises(InputError, match=r"config.yaml: not a file of a run folder"):
+    with pytest.raises(InputError, match=r"config.yaml: not the configuration of a run of slcs2"):
         read_run(tmp_path)
 
 
 def test_summary_is_plain_json(tmp_path):
     folder = RunFolder.create(settings(tmp_path), device="cpu")
     folder.write_summary({"instances": [{"seed": 1}]})
-    assert json.loads((tmp_path / "summary.json").read_text()) == {"instances": [{"seed": 1}]}
+    document = json.loads((tmp_path / "summary.json").read_text())
+    assert document.pop("checksum")
+    assert document == {"format": "slcs2_jax summary 1", "instances": [{"seed": 1}]}
     assert [p.name for p in tmp_path.iterdir() if p.name.startswith(".")] == []

@@ -1,0 +1,107 @@
+"""The long form of tests/faults: python scripts/fault_campaign.py --kills 50 --damages 2000 --inputs 100000 --out FILE.
+
+Kills commands at random moments and lets them go on, lets every write of a run fail, damages files of run folders, and
+feeds random settings, texts and bytes; prints what was found and writes it as JSON. Exit code 0 if nothing differed,
+was lost, or was believed wrongly.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=50, help="kills, over evolve, sweep and experiment")
+    parser.add_argument("--damages", type=int, default=2000, help="damaged files")
+    parser.add_argument("--inputs", type=int, default=100_000, help="random inputs for each property; 0: none")
+    parser.add_argument("--seed", type=int, default=0, help="of the chance")
+    parser.add_argument("--folder", type=Path, help="where the runs go (a temporary folder)")
+    parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="slcs2-faults-") as scratch:
+        figures = campaign(options, options.folder or Path(scratch))
+    text = json.dumps(figures, indent=2)
+    if options.out:
+        options.out.write_text(text + "\n", encoding="utf-8")
+    print(text)
+    print("\n".join(report(figures)))
+    return 0 if clean(figures) else 1
+
+
+def campaign(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    """All parts, each with its figures and the seconds it took."""
+    import jax
+
+    jax.config.update("jax_num_cpu_devices", 1)
+    from fault_campaign_damage import damage
+    from fault_campaign_kills import kills
+
+    figures: dict[str, Any] = {"seed": options.seed}
+    for name, count, part in (("kills", options.kills, kills), ("damages", options.damages, damage)):
+        start = time.monotonic()
+        (folder / name).mkdir(parents=True)
+        found = asdict(part(count, folder / name, seed=options.seed)) if count else {}
+        figures[name] = {"count": count, **found, "seconds": round(time.monotonic() - start)}
+    for name, file, setting in (
+        ("writes", "test_writes.py", {"SLCS2_FAULTS_EVERY": "1"}),
+        ("inputs", "test_inputs.py", {"SLCS2_INPUTS": str(options.inputs)}),
+    ):
+        start = time.monotonic()
+        if options.inputs:
+            passed = _pytest(file, setting)
+            figures[name] = {"count": options.inputs, "passed": passed, "seconds": round(time.monotonic() - start)}
+    return figures
+
+
+def _pytest(file: str, environment: dict[str, str]) -> bool:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "tests" / "faults" / file]
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | environment, check=False)
+    return done.returncode == 0
+
+
+def clean(figures: dict[str, Any]) -> bool:
+    """Did everything hold?"""
+    kills, damages = figures["kills"], figures["damages"]
+    wrong = [
+        kills.get("differing"),
+        kills.get("lost_generations"),
+        kills.get("tracebacks"),
+        damages.get("believed"),
+        damages.get("tracebacks"),
+    ]
+    return not any(wrong) and all(figures[name]["passed"] for name in ("writes", "inputs") if name in figures)
+
+
+def report(figures: dict[str, Any]) -> list[str]:
+    """The figures in words."""
+    kills, damages = figures["kills"], figures["damages"]
+    lines = [
+        f"{sum(kills.get('kills', {}).values())} kills: {len(kills.get('differing', []))} files differ, "
+        f"{kills.get('lost_generations', 0)} saved generations lost, {len(kills.get('tracebacks', []))} tracebacks",
+        f"{damages['count']} damaged files: {damages.get('detected', 0)} detected, "
+        f"{damages.get('harmless', 0)} harmless, {len(damages.get('believed', []))} believed, "
+        f"{len(damages.get('tracebacks', []))} tracebacks",
+    ]
+    for name, what in (
+        ("writes", "every write fails once"),
+        ("inputs", f"{figures.get('inputs', {}).get('count')} inputs"),
+    ):
+        if name in figures:
+            lines.append(f"{what}: {'all held' if figures[name]['passed'] else 'FAILED'}")
+    return lines
+
+
+if __name__ == "__main__":
+    sys.exit(main())

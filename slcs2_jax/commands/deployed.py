@@ -1,0 +1,78 @@
+"""Runs of an experiment that evolve nothing: a behaviour made by hand, deployed in each instance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slcs2_jax.config.errors import InputError
+
+if TYPE_CHECKING:
+    from slcs2_jax.analysis.experiment import Planned
+
+BEHAVIOUR = "behaviour"  # in the record: its text
+
+
+def check_deployable(planned: Planned) -> bool:
+    """Is the run there already? Raises InputError if its folder holds another, or there is no such behaviour."""
+    from slcs2_jax.analysis.collect import CONTROLLER
+    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.results.reading import read_summary
+    from slcs2_jax.results.run_config import CONFIG, check_same, read_config
+    from slcs2_jax.results.run_folder import check_free
+
+    behaviour = load_behaviour(str(planned.controller))
+    folder = Path(str(planned.settings.run_dir))
+    if not (folder / CONFIG).exists():
+        check_free(folder)
+        return False
+    found = read_config(folder)
+    if found.record.get(CONTROLLER) != planned.controller:
+        raise InputError(f"run_dir={folder}: already holds another run; accepted is another folder")
+    if found.record.get(BEHAVIOUR) != behaviour.text:
+        raise InputError(
+            f"run_dir={folder}: {behaviour.name} was another behaviour when it was deployed there; accepted is "
+            "the same one, or another folder"
+        )
+    check_same(planned.settings, found.settings, folder)
+    return read_summary(folder, found) is not None
+
+
+def deploy(planned: Sequence[Planned]) -> None:
+    """Deploy in every instance that lacks it, one cell after the other, as often as winners are deployed afresh."""
+    going = [one for one in planned if not check_deployable(one)]
+    for _, group in groupby(going, key=lambda one: (one.controller, one.settings.world)):
+        _deploy_cell(list(group))
+
+
+def _deploy_cell(planned: Sequence[Planned]) -> None:
+    from slcs2_jax import runtime
+    from slcs2_jax.analysis.collect import CONTROLLER, DEPLOYED
+    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.results import Progress, RunFolder
+    from slcs2_jax.results.run_config import CONFIG, read_config
+
+    first = planned[0].settings
+    count = first.search.fresh_deployments
+    behaviour = load_behaviour(str(planned[0].controller))
+    runtime.configure(first.compute)
+    from slcs2_jax.evolution.deployed import deploy_behaviour
+
+    settings = [one.settings for one in planned]
+    with Progress(count, label=f"{first.world.range} {first.world.environment}: deployment") as report:
+        deployments = deploy_behaviour(settings, behaviour, deployments=count, report=report)
+    device = runtime.describe_devices(first.compute)
+    for one, [own] in zip(settings, deployments, strict=True):
+        path = Path(str(one.run_dir))
+        if (path / CONFIG).exists():  # interrupted before its figures were written
+            folder = RunFolder(path, read_config(path))
+        else:
+            record = {CONTROLLER: planned[0].controller, BEHAVIOUR: behaviour.text}
+            folder = RunFolder.create(one, device=device, record=record)
+        folder.write_summary({
+            DEPLOYED: [deployment.fitness for deployment in own],
+            "delivered": [deployment.delivered for deployment in own],
+            "steps": [deployment.steps for deployment in own],
+        })  # fmt: skip

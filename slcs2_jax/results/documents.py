@@ -1,0 +1,68 @@
+"""JSON documents that say which format they have and carry a checksum, so that no damaged one is believed.
+
+A format is `slcs2_jax KIND VERSION`; the checksum is the CRC-32 of everything else, written canonically.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.field import show
+from slcs2_jax.results.files import write_json
+
+_PREFIX = "slcs2_jax"
+
+
+def checksum(value: Any) -> str:
+    """CRC-32 (hex) of a JSON-able value; raises ValueError for NaN or infinity."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return f"{zlib.crc32(text.encode('utf-8', 'surrogatepass')):08x}"
+
+
+def check_format(found: object, accepted: str) -> None:
+    """Raise InputError unless `found` is the accepted format, saying what else it is: foreign, older or newer."""
+    if found == accepted:
+        return
+    kind, _, version = accepted.rpartition(" ")
+    said = found.rpartition(" ") if isinstance(found, str) else ("", "", "")
+    if said[0] == kind and said[2].isascii() and said[2].isdigit() and len(said[2]) < 9:
+        newer = int(said[2]) > int(version)
+        age, advice = ("a newer", "update slcs2_jax") if newer else ("an older", "use the older one")
+        raise InputError(f"version {said[2]} of {age} slcs2_jax; accepted is version {version}: {advice}")
+    raise InputError(f"format {show(found)}; accepted is {accepted!r}")
+
+
+def write_document(path: Path, kind: str, version: int, content: Mapping[str, Any]) -> None:
+    """Write a document, whole or not at all. Raises StorageError, and ValueError for NaN or infinity."""
+    document = {"format": f"{_PREFIX} {kind} {version}", **content}
+    write_json(path, document | {"checksum": checksum(document)})
+
+
+def read_document(path: Path, kind: str, version: int) -> dict[str, Any]:
+    """The content of a document. Raises InputError (without the file's name) if it is none or damaged, and OSError."""
+    value = parse_object(path.read_bytes())
+    check_format(value.pop("format", None), f"{_PREFIX} {kind} {version}")
+    said = value.pop("checksum", None)
+    if said != checksum({"format": f"{_PREFIX} {kind} {version}", **value}):
+        raise InputError("its checksum does not fit: it was damaged or changed by hand")
+    return value
+
+
+def parse_object(data: bytes) -> dict[str, Any]:
+    """A JSON object of finite numbers from UTF-8 bytes; raises InputError."""
+
+    def refuse(name: str) -> None:
+        raise ValueError(f"{name} is no finite number")
+
+    try:
+        value = json.loads(data.decode("utf-8"), parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"no JSON, or cut short: {show(str(error))}") from None
+    if not isinstance(value, dict):
+        raise InputError("a JSON object is expected")
+    return value

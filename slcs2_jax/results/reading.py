@@ -1,0 +1,116 @@
+"""Run folders read: by people's scripts, by other commands, and by a run that goes on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.arguments import path_of, whole
+from slcs2_jax.config.field import show
+from slcs2_jax.results.documents import read_document
+from slcs2_jax.results.files import storing
+from slcs2_jax.results.rows import read_rows
+from slcs2_jax.results.run_config import RunConfig, read_config
+from slcs2_jax.results.run_folder import (
+    GENERATIONS,
+    SOLUTIONS,
+    SUMMARY,
+    SUMMARY_VERSION,
+    TIMING,
+    TIMING_VERSION,
+    check_usable,
+)
+from slcs2_jax.results.saved import SavedSolution, load_solution
+from slcs2_jax.results.summary import RunSummary
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """A run folder that is read; of an unfinished run the summary is None and the rows are those there are."""
+
+    path: Path
+    settings: Settings
+    record: dict[str, Any]
+    rows: tuple[dict[str, Any], ...]
+    summary: dict[str, Any] | None
+    timing: dict[str, Any] | None
+
+    def best(self, instance: int) -> SavedSolution:
+        """The best solution of an instance. Raises InputError if there is none such, or not yet."""
+        instance = whole("instance", instance, 0, self.settings.instances - 1)
+        return load_solution(self.path / SOLUTIONS / f"instance_{instance:03d}_best.npz")
+
+    def members(self, instance: int) -> list[SavedSolution]:
+        """The final collection of an instance; empty before the run has ended. Raises InputError."""
+        instance = whole("instance", instance, 0, self.settings.instances - 1)
+        return [
+            load_solution(path)
+            for path in sorted((self.path / SOLUTIONS).glob(f"instance_{instance:03d}_member_*.npz"))
+        ]
+
+
+def read_run(path: str | Path) -> FinishedRun:
+    """Read a run folder, finished (its summary is there) or not. Raises InputError naming a missing or damaged file."""
+    folder = path_of("run", path)
+    config = read_config(folder)
+    summary = read_summary(folder, config)
+    file = folder / GENERATIONS
+    try:
+        rows = read_rows(file) if file.exists() else []
+        if summary is not None and config.evolves:
+            _check_complete(rows, summary)
+    except InputError as error:
+        raise InputError(f"{file}: {error}; slcs2 resume {folder} says what can be done") from None
+    return FinishedRun(folder, config.settings, config.record, tuple(rows), summary, read_timing(folder))
+
+
+def read_summary(folder: Path, config: RunConfig) -> dict[str, Any] | None:
+    """The summary of a run that has ended, None of one that goes on. Raises InputError naming a damaged file."""
+    summary = _document(folder / SUMMARY, "summary", SUMMARY_VERSION)
+    if summary is not None and config.evolves and summary.get("generations") != config.settings.search.generations:
+        return None  # that of a shorter run: this one was just about to go further
+    return summary
+
+
+def ended(settings: Settings) -> RunSummary | None:
+    """The summary of the run that `settings.run_dir` holds, if it has made all the generations that are asked for.
+
+    Raises InputError if the folder holds another run, or naming a damaged file.
+    """
+    config = None if settings.run_dir is None else check_usable(settings)
+    if config is None or config.settings.search.generations != settings.search.generations:
+        return None
+    folder = Path(str(settings.run_dir))
+    summary = read_summary(folder, config)
+    if summary is None:
+        return None
+    try:
+        return RunSummary.from_json(str(folder), summary, read_timing(folder))
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{folder / SUMMARY}: {show(str(error))}; delete it, and slcs2 resume makes it again"
+        ) from None
+
+
+def read_timing(folder: Path) -> dict[str, Any] | None:
+    """How long the run took so far, None if that was not written yet. Raises InputError naming a damaged file."""
+    return _document(folder / TIMING, "timing", TIMING_VERSION)
+
+
+def _document(file: Path, kind: str, version: int) -> dict[str, Any] | None:
+    if not file.exists():
+        return None
+    try:
+        with storing(file, "read"):
+            return read_document(file, kind, version)
+    except InputError as error:
+        raise InputError(f"{file}: {show(str(error))}; delete it, and slcs2 resume makes it again") from None
+
+
+def _check_complete(rows: list[dict[str, Any]], summary: dict[str, Any]) -> None:
+    found = {(row.get("generation"), row.get("instance")) for row in rows}
+    expected = sum(instance["generations"] for instance in summary["instances"])
+    if len(rows) != expected or len(found) != expected:
+        raise InputError(f"{len(rows)} rows of a run that ended with {expected}: damaged or cut short")

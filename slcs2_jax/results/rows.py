@@ -1,0 +1,99 @@
+"""generations.jsonl: one line per instance and generation, each with a checksum of its own (`crc`).
+
+While a run goes on its lines stand as they came, which depends on what shared the batch. A run that ended has them in
+order of generation and instance, so that equal runs have equal bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.results.documents import checksum, parse_object
+from slcs2_jax.results.files import append, storing, write_whole
+
+_CHECK = "crc"
+
+
+def row_line(row: Mapping[str, Any]) -> bytes:
+    """A row as it is written, with its newline. Raises ValueError for NaN or infinity."""
+    return json.dumps({**row, _CHECK: checksum(dict(row))}, allow_nan=False).encode() + b"\n"
+
+
+def parse_row(line: bytes) -> dict[str, Any]:
+    """The row that a line holds; raises InputError if it was damaged."""
+    row = parse_object(line)
+    said = row.pop(_CHECK, None)
+    if said != checksum(row):
+        raise InputError("its checksum does not fit: it was damaged or changed by hand")
+    return row
+
+
+def append_rows(path: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Add rows to the file. Raises StorageError, and ValueError for NaN or infinity."""
+    append(path, b"".join(map(row_line, rows)))
+
+
+def read_rows(path: Path) -> list[dict[str, Any]]:
+    """All rows in the order of the file; a last line cut short is no row. Raises InputError (without the file's name)
+    for a damaged one, and OSError."""
+    rows = []
+    for number, line in enumerate(_lines(path), start=1):
+        try:
+            rows.append(parse_row(line))
+        except InputError as error:
+            raise InputError(f"line {number}: {error}") from None
+    return rows
+
+
+def cut_rows(path: Path, generations: Sequence[int]) -> None:
+    """Leave the rows of the first `generations[i]` generations of instance i, and no others.
+
+    Raises InputError (without the file's name) if one of those is missing, damaged or there twice, and StorageError.
+    """
+    kept: dict[tuple[int, int], bytes] = {}
+    lines = _lines(path) if path.exists() else []
+    for line in lines:
+        try:
+            place = _place(parse_row(line))
+        except InputError:  # beyond the last save nothing is certain to be whole, and nothing is kept
+            continue
+        if place in kept:
+            raise InputError(f"generation {place[0]} of instance {place[1]} is there twice")
+        if 0 <= place[1] < len(generations) and place[0] < generations[place[1]]:
+            kept[place] = line
+    for instance, count in enumerate(generations):
+        for generation in range(count):
+            if (generation, instance) not in kept:
+                raise InputError(f"generation {generation} of instance {instance} is missing or damaged")
+    if list(kept.values()) != lines or (lines and path.stat().st_size != sum(map(len, lines)) + len(lines)):
+        _write(path, kept.values())
+
+
+def sort_rows(path: Path) -> None:
+    """Put the rows in order of generation and instance. Raises InputError (without the file's name), StorageError."""
+    lines = _lines(path)
+    ordered = sorted(lines, key=lambda line: _place(parse_row(line)))
+    if ordered != lines:
+        _write(path, ordered)
+
+
+def _write(path: Path, lines: Iterable[bytes]) -> None:
+    write_whole(path, lambda file: file.write(b"".join(line + b"\n" for line in lines)))
+
+
+def _lines(path: Path) -> list[bytes]:
+    """Whole lines, without their ends."""
+    with storing(path, "read"):
+        data = path.read_bytes()
+    return data[: data.rfind(b"\n") + 1].split(b"\n")[:-1]
+
+
+def _place(row: Mapping[str, Any]) -> tuple[int, int]:
+    place = row.get("generation"), row.get("instance")
+    if not all(isinstance(value, int) and not isinstance(value, bool) and value >= 0 for value in place):
+        raise InputError("a row without generation or instance")
+    return place  # type: ignore[return-value]

@@ -1,0 +1,96 @@
+"""sweep.json: which runs a sweep consists of, so that those that had not begun when it was interrupted are not lost."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config.field import show
+from slcs2_jax.results.documents import read_document, write_document
+from slcs2_jax.results.files import storing
+from slcs2_jax.results.run_config import CONFIG, check_same, check_writable, read_config
+from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
+
+SWEEP = "sweep.json"
+_VERSION = 1
+
+
+def write_sweep(root: str | Path, runs: Sequence[Settings]) -> None:
+    """Note in the folder `root` that these runs, each with a run_dir below it, belong to a sweep.
+
+    Runs noted there before stay. Raises InputError if the note is damaged, StorageError.
+    """
+    folder = check_writable(root)
+    with storing(folder, "made"):
+        folder.mkdir(parents=True, exist_ok=True)
+    before = _read(folder)
+    noted = before | {os.path.relpath(str(one.run_dir), folder): _plain(one) for one in runs}
+    if noted != before:
+        write_document(folder / SWEEP, "sweep", _VERSION, {"runs": noted})
+
+
+def runs_below(root: str | Path) -> tuple[list[Settings], int]:
+    """Every run of evolution in a folder and below it, begun or not, and how many evaluations lie beside them.
+
+    The settings are those that the runs were made with (the later ones of a sweep that was told to go further), with
+    `run_dir` where they lie now, in the order of their folders.
+
+    Raises InputError if there are none, or naming a damaged file.
+    """
+    top = Path(root)
+    if not top.is_dir():
+        raise InputError(f"folder={show(str(root))}: no such folder; accepted is the folder of a run or of several")
+    found: dict[Path, Settings] = {}
+    others = 0
+    folders = [top, *sorted(path for path in top.rglob("*") if path.is_dir())]
+    for folder in folders:
+        if not _is_run(folder):
+            continue
+        config = read_config(folder)
+        if config.evolves:
+            found[folder] = config.settings
+        else:
+            others += 1
+    for folder in folders:
+        for name, plain in _read(folder).items():
+            place = folder / name
+            settings = _settings(plain, folder / SWEEP)
+            if place in found:
+                check_same(replace(settings, search=found[place].search), found[place], place)
+            if place not in found or settings.search.generations > found[place].search.generations:
+                found[place] = settings
+    if not found and not others:
+        raise InputError(f"folder={show(str(root))}: holds no run; accepted is the folder of a run or of several")
+    return [replace(found[folder], run_dir=str(folder)) for folder in sorted(found)], others
+
+
+def _is_run(folder: Path) -> bool:
+    """A config.yaml alone may be anybody's."""
+    ours = (GRAMMAR, GENERATIONS, CHECKPOINT, SUMMARY)
+    return (folder / CONFIG).exists() and any((folder / name).exists() for name in ours)
+
+
+def _plain(settings: Settings) -> dict[str, Any]:
+    return settings_to_dict(replace(settings, run_dir=None))
+
+
+def _settings(plain: Any, file: Path) -> Settings:
+    try:
+        return settings_from(plain)
+    except (InputError, AttributeError, TypeError) as error:
+        raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    file = folder / SWEEP
+    if not file.exists():
+        return {}
+    try:
+        with storing(file, "read"):
+            return dict(read_document(file, "sweep", _VERSION)["runs"])
+    except (InputError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
