@@ -1,0 +1,85 @@
+"""Cells and arms: in which of the paper's worlds a run took place, and which algorithm it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from slcs2_jax.config import Settings
+from slcs2_jax.config.model import ENVIRONMENTS, RANGES
+
+
+class Cell(NamedTuple):
+    """An environment type and a range."""
+
+    environment: str
+    range: str
+
+    @property
+    def name(self) -> str:
+        """open_short: the name of its folder."""
+        return f"{self.environment}_{self.range}"
+
+    @property
+    def title(self) -> str:
+        """As a person reads it."""
+        return f"{self.range} {self.environment.replace('_', ' ')}"
+
+
+OVERALL = "overall"  # in place of an environment: all of them together
+CELLS = tuple(Cell(environment, range) for range in RANGES for environment in ENVIRONMENTS)
+# The paper's places: its eight cells, each range followed by all of its types together.
+PLACES = tuple(Cell(environment, range) for range in RANGES for environment in (*ENVIRONMENTS, OVERALL))
+PLAIN = "slcs2"  # the arm that is the paper's algorithm with its main grammar
+DESIGNED = "designed"
+
+_TITLES = {
+    PLAIN: "SLCS2",
+    "ailta": "no novelty (AILTA)",
+    "no_exchange": "no exchange",
+    DESIGNED: "designed",
+    "channel": "grammar channel",
+    "power": "grammar power",
+    "both": "grammar both",
+}
+# The settings in which arms may differ. Runs that are compared agree in all others.
+COMPARED = ("acceptance", "exchange", "grammar")
+
+
+def cell_of(settings: Settings) -> Cell:
+    """The cell of a run."""
+    return Cell(settings.world.environment, settings.world.range)
+
+
+def cell_named(name: str) -> Cell:
+    """The place of a name such as open_short or overall_long; raises KeyError."""
+    return {place.name: place for place in PLACES}[name]
+
+
+def arm_of(settings: Settings, controller: str | None = None) -> str:
+    """The arm's name: what is not as in the paper's algorithm, `slcs2` if nothing is; the name of its folder.
+
+    `controller` is a behaviour made by hand, by its name or path, in place of rules that evolve.
+    """
+    if controller is not None:
+        return Path(controller).stem
+    parts = []
+    if settings.search.acceptance != "domination":
+        parts.append(settings.search.acceptance)
+    if not settings.search.exchange:
+        parts.append("no_exchange")
+    if settings.rules.grammar != "main":
+        parts.append(Path(settings.rules.grammar).stem)
+    return "_".join(parts) or PLAIN
+
+
+def arm_title(name: str) -> str:
+    """As tables and figures print it."""
+    return _TITLES.get(name, name.replace("_", " "))
+
+
+def ordered(names: Iterable[str]) -> list[str]:
+    """The paper's algorithm first, then the order of the paper, then by name."""
+    known = list(_TITLES)
+    return sorted(set(names), key=lambda name: (known.index(name) if name in known else len(known), name))

@@ -1,0 +1,182 @@
+"""Figures in the manner of the paper's: fitness with its CI90 in every world, and best so far by generation.
+
+Told apart in grey too: by marker, by line style and by how dark the colours are. The same results give the same bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from slcs2_jax.analysis.arm import CELLS, PLACES, Cell, arm_title
+from slcs2_jax.analysis.calibration import Fit
+from slcs2_jax.analysis.paper import printed_mean
+from slcs2_jax.analysis.statistics import mean_interval
+from slcs2_jax.analysis.study import BEST, METRICS, Study
+from slcs2_jax.config.model import RANGES
+from slcs2_jax.results.files import write_whole
+
+# colour, marker, line; from dark to light
+_STYLES = (
+    ("#000000", "o", "-"),
+    ("#d55e00", "s", "--"),
+    ("#56b4e9", "^", "-."),
+    ("#b8b800", "D", ":"),
+    ("#999999", "v", (0, (1, 1))),
+    ("#cc79a7", "P", (0, (5, 1, 1, 1, 1, 1))),
+)
+_RC = {"font.size": 8.0, "svg.hashsalt": "slcs2_jax", "svg.fonttype": "path", "figure.dpi": 100.0}
+
+
+def save(figure: Callable[[], Figure], stem: Path) -> list[Path]:
+    """Draw and write STEM.png and STEM.svg, without a date or a version in them."""
+    with _own_style():
+        drawn = figure()
+        paths = []
+        for suffix, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
+            buffer = io.BytesIO()
+            drawn.savefig(buffer, format=suffix[1:], metadata=metadata, dpi=200)
+            path = stem.with_suffix(suffix)
+            content = buffer.getvalue()
+            write_whole(path, lambda file, content=content: file.write(content))  # type: ignore[misc]
+            paths.append(path)
+    return paths
+
+
+def fitness_figure(study: Study, metric: str) -> Figure:
+    """Mean and CI90 of every arm in every world, a panel for each range; crosses are what the paper prints."""
+    described = study.descriptions(metric)
+    ranges = [name for name in RANGES if any(place.range == name for _, place in described)]
+    figure = Figure(figsize=(7.0, 0.6 + 2.4 * len(ranges)), layout="constrained")
+    panels = figure.subplots(len(ranges), 1, squeeze=False, sharey=True)[:, 0]
+    for panel, name in zip(panels, ranges, strict=True):
+        places = [place for place in PLACES if place.range == name]
+        for number, arm in enumerate(study.arms):
+            _draw_arm(panel, study, metric, arm, number, places)
+        panel.set_xticks(range(len(places)), [place.environment.replace("_", " ") for place in places])
+        panel.set_xlim(-0.5, len(places) - 0.5)
+        panel.set_ylabel("fitness")
+        panel.set_title(f"{name} range", loc="left")
+        panel.axhline(0, color="#cccccc", linewidth=0.6, zorder=0)
+    _legend(figure, panels)
+    figure.supxlabel(f"{METRICS[metric]}, mean and 90 % confidence interval")
+    return figure
+
+
+def _draw_arm(panel: Any, study: Study, metric: str, arm: str, number: int, places: list[Cell]) -> None:
+    colour, marker, _ = _STYLES[number % len(_STYLES)]
+    described = study.descriptions(metric)
+    width = 0.8 / len(study.arms)
+    for at, place in enumerate(places):
+        x = at + (number - (len(study.arms) - 1) / 2) * width
+        printed = printed_mean(study.name, arm, place.name)
+        if printed is not None:
+            panel.plot(x, printed, "x", color="#555555", markersize=7, label="printed in the paper", zorder=1)
+        one = described.get((arm, place))
+        if one is None:
+            continue
+        panel.plot(x, one.mean, marker, color=colour, markersize=4, linestyle="none", label=arm_title(arm))
+        if one.interval is not None:
+            panel.vlines(x, *one.interval, color=colour, linewidth=1)
+            panel.hlines(one.interval, x - width / 6, x + width / 6, color=colour, linewidth=1)
+        beside = {"xytext": (3, 2), "textcoords": "offset points", "fontsize": 5.5}
+        panel.annotate(f"{one.mean:.2f}", (x, one.mean), **beside)
+
+
+def curves_figure(study: Study) -> Figure:
+    """Best fitness so far by generation in every cell: mean over the instances and its CI90."""
+    cells = [cell for cell in CELLS if study.seeds(cell, BEST)]
+    ranges = [name for name in RANGES if any(cell.range == name for cell in cells)]
+    columns = max(sum(cell.range == name for cell in cells) for name in ranges)
+    figure = Figure(figsize=(1.0 + 2.0 * columns, 0.7 + 1.8 * len(ranges)), layout="constrained")
+    panels = figure.subplots(len(ranges), columns, squeeze=False, sharex=True, sharey=True)
+    for panel in panels.flat:
+        panel.set_axis_off()
+    for row, name in enumerate(ranges):
+        for column, cell in enumerate(cell for cell in cells if cell.range == name):
+            panel = panels[row, column]
+            panel.set_axis_on()
+            panel.set_title(f"{cell.title} (n = {len(study.seeds(cell, BEST))})")
+            _draw_curves(panel, study, cell)
+    _legend(figure, panels.flat)
+    figure.supxlabel("generation")
+    figure.supylabel("best fitness so far")
+    return figure
+
+
+def _draw_curves(panel: Any, study: Study, cell: Cell) -> None:
+    generations = np.arange(1, study.generations + 1)
+    for number, arm in enumerate(study.arms):
+        colour, _, line = _STYLES[number % len(_STYLES)]
+        curves = study.curves(arm, cell)
+        panel.plot(generations, curves.mean(axis=0), color=colour, linestyle=line, linewidth=1.2, label=arm_title(arm))
+        if len(curves) > 1:
+            bands = [mean_interval(column) for column in curves.T]
+            low, high = np.array(bands, dtype=np.float64).T
+            panel.fill_between(generations, low, high, color=colour, alpha=0.15, linewidth=0)
+
+
+def calibration_figure(fits: Sequence[Fit]) -> Figure:
+    """How far each level of each setting, alone, takes the misfit and the means from those of the defaults."""
+    levels: dict[str, list[tuple[float, Fit]]] = {}
+    for fit in fits:
+        if fit.point.kind == "level":
+            [(setting, value)] = fit.point.values
+            levels.setdefault(setting, []).append((value, fit))
+    default = next((fit for fit in fits if fit.point.kind == "default"), None)
+    figure = Figure(figsize=(7.5, 1.2 + 0.28 * len(levels)), layout="constrained")
+    panels = figure.subplots(1, len(_MEASURES), sharey=True)
+    for panel, (title, measure) in zip(panels, _MEASURES, strict=True):
+        if default is not None:
+            panel.axvline(measure(default), color="#999999", linewidth=0.8, label="defaults")
+        for row, own in enumerate(levels.values()):
+            places = [(measure(fit), value) for value, fit in own]
+            colour, marker, _ = _STYLES[0]
+            panel.plot([x for x, _ in places], [row] * len(places), marker, color=colour, markersize=3)
+            for x, value in places:
+                panel.annotate(
+                    f"{value:g}", (x, row), xytext=(0, 3), textcoords="offset points", fontsize=5, ha="center"
+                )
+        panel.set_xlabel(title)
+        panel.grid(axis="y", color="#dddddd", linewidth=0.5)
+    panels[0].set_yticks(range(len(levels)), list(levels))
+    panels[0].set_ylim(len(levels) - 0.5, -0.7)
+    _legend(figure, panels[:1])
+    return figure
+
+
+def _mean(values: Iterable[float]) -> float:
+    return float(np.mean(list(values)))
+
+
+_MEASURES: tuple[tuple[str, Callable[[Fit], float]], ...] = (
+    ("misfit (fitness, RMS)", lambda fit: math.nan if fit.misfit is None else fit.misfit),
+    ("designed, mean fitness", lambda fit: _mean(one.designed for one in fit.estimates.values())),
+    ("short evolution, mean fitness", lambda fit: _mean(one.evolved for one in fit.estimates.values())),
+)
+
+
+def _legend(figure: Figure, panels: Iterable[Any]) -> None:
+    """One legend for all panels, above them."""
+    unique: dict[str, Any] = {}
+    for panel in panels:
+        handles, labels = panel.get_legend_handles_labels()
+        unique = dict(zip(labels, handles, strict=True)) | unique
+    figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=4, frameon=False)
+
+
+@contextmanager
+def _own_style() -> Iterator[None]:
+    """Matplotlib's defaults and ours, whatever the user's own are."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_RC)  # type: ignore[arg-type]
+        yield

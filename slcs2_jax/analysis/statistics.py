@@ -1,0 +1,216 @@
+"""The statistics of the comparisons: the paper's own rule, and what is expected beside it. SciPy's and statsmodels'.
+
+Samples are results of instances, a fitness each; in a comparison entry i of both belongs to the same instance.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.nonparametric import rank_compare_2indep
+from statsmodels.stats.proportion import proportion_confint
+from statsmodels.stats.weightstats import DescrStatsW
+
+CONFIDENCE = 0.9  # of every interval: the paper's CI90
+ALPHA = 0.1  # of every test: the paper's
+RESAMPLES = 4999  # of every bootstrap; its random numbers are the same in every call
+
+Values = NDArray[np.float64]
+
+
+class Interval(NamedTuple):
+    """A 90 % confidence interval."""
+
+    low: float
+    high: float
+
+    def overlaps(self, other: Interval) -> bool:
+        """Do the two share a value?"""
+        return self.low <= other.high and other.low <= self.high
+
+    def holds(self, value: float) -> bool:
+        """Does it hold the value?"""
+        return self.low <= value <= self.high
+
+
+@dataclass(frozen=True, kw_only=True)
+class Description:
+    """One sample. What cannot be said of so few or of equal values is None.
+
+    Attributes:
+        count: number of instances.
+        mean, sd: mean and sample standard deviation.
+        interval: of the mean, Student's t; the paper's CI90.
+        bootstrap: of the mean, bias-corrected and accelerated bootstrap (BCa).
+        delivering: share of instances above -1, which deliver anything, with its Wilson interval.
+        successful: share above 0, which deliver a greater share of the packets than they use of the time; likewise.
+    """
+
+    count: int
+    mean: float
+    sd: float | None
+    interval: Interval | None
+    bootstrap: Interval | None
+    delivering: float
+    delivering_interval: Interval
+    successful: float
+    successful_interval: Interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """Two samples, x and y, of the same instances. What cannot be said of so few or of equal values is None.
+
+    Attributes:
+        count: number of instances.
+        difference: mean of x less mean of y; above 0 if x is better.
+        bootstrap: its BCa interval over instances.
+        p_mann_whitney: two-sided Mann-Whitney U test.
+        p_holm: the same after Holm's correction over the family; set by `holm`.
+        p_wilcoxon: two-sided paired Wilcoxon signed-rank test.
+        a12: Vargha and Delaney's A: chance that a result of x is better than one of y, ties counting half.
+        a12_interval: of that, from Brunner and Munzel's variance; None if the samples do not overlap at all.
+        significant: the paper's rule: means differ, the CI90s do not overlap, and p_mann_whitney < 0.1.
+    """
+
+    count: int
+    difference: float
+    bootstrap: Interval | None
+    p_mann_whitney: float | None
+    p_wilcoxon: float | None
+    a12: float
+    a12_interval: Interval | None
+    significant: bool
+    p_holm: float | None = None
+
+
+def describe(values: Sequence[float] | Values) -> Description:
+    """Describe one sample of at least one value."""
+    sample = np.asarray(values, dtype=np.float64)
+    delivering, successful = int((sample > -1).sum()), int((sample > 0).sum())
+    return Description(
+        count=len(sample),
+        mean=float(sample.mean()),
+        sd=float(sample.std(ddof=1)) if len(sample) > 1 else None,
+        interval=mean_interval(sample),
+        bootstrap=_bootstrap(sample),
+        delivering=delivering / len(sample),
+        delivering_interval=share_interval(delivering, len(sample)),
+        successful=successful / len(sample),
+        successful_interval=share_interval(successful, len(sample)),
+    )
+
+
+def mean_interval(values: Values) -> Interval | None:
+    """Student's t interval of the mean; None for fewer than two values."""
+    if len(values) < 2:
+        return None
+    return _interval(DescrStatsW(values).tconfint_mean(alpha=1 - CONFIDENCE))
+
+
+def share_interval(count: int, of: int) -> Interval:
+    """Wilson's interval of a share."""
+    low, high = proportion_confint(count, of, alpha=1 - CONFIDENCE, method="wilson")
+    return Interval(max(0.0, float(low)), min(1.0, float(high)))
+
+
+def compare(x: Sequence[float] | Values, y: Sequence[float] | Values) -> Comparison:
+    """Compare two samples of the same instances; raises ValueError if they differ in length or are empty."""
+    first, second = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    if first.shape != second.shape or not len(first):
+        raise ValueError(f"samples of {len(first)} and {len(second)} instances: they must be of the same instances")
+    u, p = (float(value) for value in stats.mannwhitneyu(first, second, alternative="two-sided"))
+    many = len(first) > 1
+    return Comparison(
+        count=len(first),
+        difference=float(first.mean() - second.mean()),
+        bootstrap=_bootstrap(first - second),
+        p_mann_whitney=p if many else None,
+        p_wilcoxon=_wilcoxon(first - second) if many else None,
+        a12=u / (len(first) * len(second)),
+        a12_interval=_a12_interval(first, second),
+        significant=_significant(first, second, p),
+    )
+
+
+def holm(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """The comparisons of one family with Holm's correction of their Mann-Whitney p."""
+    from dataclasses import replace
+
+    known = [one.p_mann_whitney for one in comparisons if one.p_mann_whitney is not None]
+    if not known:
+        return list(comparisons)
+    corrected = iter(multipletests(known, alpha=ALPHA, method="holm")[1])
+    return [one if one.p_mann_whitney is None else replace(one, p_holm=float(next(corrected))) for one in comparisons]
+
+
+def contrast(x: Values, y: Values) -> tuple[float, Interval | None]:
+    """Difference of the means of two samples that share no instances, and its BCa interval."""
+    difference = float(x.mean() - y.mean())
+    if len(x) < 2 or len(y) < 2:
+        return difference, None
+    return difference, _bca((x, y), lambda a, b, axis: a.mean(axis=axis) - b.mean(axis=axis))
+
+
+def _significant(x: Values, y: Values, p: float) -> bool:
+    """The paper: higher mean, no overlap of the CI90s, and p of the pair less than 0.1."""
+    first, second = mean_interval(x), mean_interval(y)
+    if first is None or second is None:
+        return False
+    return x.mean() != y.mean() and not first.overlaps(second) and p < ALPHA
+
+
+def _wilcoxon(differences: Values) -> float:
+    """p of equal pairs is 1: nothing speaks for a difference."""
+    if not differences.any():
+        return 1.0
+    return float(stats.wilcoxon(differences, alternative="two-sided").pvalue)
+
+
+def _a12_interval(x: Values, y: Values) -> Interval | None:
+    if len(x) < 2:
+        return None
+    with _degenerate_allowed():
+        low, high = rank_compare_2indep(x, y).conf_int(alpha=1 - CONFIDENCE)
+    if not np.isfinite([low, high]).all():
+        return None
+    return Interval(max(0.0, float(low)), min(1.0, float(high)))
+
+
+def _bootstrap(values: Values) -> Interval | None:
+    return _bca((values,), np.mean) if len(values) > 1 else None
+
+
+def _bca(samples: Sequence[Values], statistic: Callable[..., Any]) -> Interval | None:
+    with _degenerate_allowed():
+        found = stats.bootstrap(
+            samples,
+            statistic,
+            n_resamples=RESAMPLES,
+            confidence_level=CONFIDENCE,
+            method="BCa",
+            vectorized=True,
+            rng=np.random.default_rng(0),
+        ).confidence_interval
+    return _interval(found)
+
+
+def _interval(pair: Any) -> Interval | None:
+    low, high = (float(value) for value in pair)
+    return Interval(low, high) if np.isfinite([low, high]).all() else None
+
+
+@contextmanager
+def _degenerate_allowed() -> Iterator[None]:
+    """Equal values and samples that do not overlap have no variance: the libraries warn and give NaN."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        yield
