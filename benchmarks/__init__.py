@@ -1,0 +1,1 @@
+"""How fast the simulator is: throughput, scaling and whole searches. Run from the repository's root."""
