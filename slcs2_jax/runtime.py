@@ -25,10 +25,10 @@ def cache_folder() -> Path:
 
 
 def configure(compute: Compute) -> None:
-    """Set the number of CPU devices and the compilation cache.
+    """Set the number of CPU devices, one thread for each, and the compilation cache; start JAX.
 
-    What the user set (XLA_FLAGS, JAX_NUM_CPU_DEVICES, JAX_COMPILATION_CACHE_DIR and its companions) stands. Where JAX
-    runs already, its devices stay as they are.
+    What the user set (XLA_FLAGS, JAX_NUM_CPU_DEVICES, NPROC, JAX_COMPILATION_CACHE_DIR and its companions) stands.
+    Where JAX runs already, its devices stay as they are.
     """
     import jax
 
@@ -39,6 +39,20 @@ def configure(compute: Compute) -> None:
             jax.config.update("jax_num_cpu_devices", compute.devices or available_cores())
     if compute.cache:
         _configure_cache(jax)
+    _start_with_one_thread_per_device(jax)
+
+
+def _start_with_one_thread_per_device(jax: Any) -> None:
+    """XLA shares long kernels out to as many threads as there are cores. But each core is a device already, or belongs
+    to another process, and waiting for the other threads costs more than they save."""
+    if "NPROC" in os.environ:
+        jax.devices()
+        return
+    os.environ["NPROC"] = "1"
+    try:
+        jax.devices()
+    finally:
+        del os.environ["NPROC"]
 
 
 def _configure_cache(jax: Any) -> None:
