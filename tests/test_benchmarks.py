@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import generation, report, rounds, scaling, throughput
+from benchmarks import generation, kernels, report, rounds, scaling, throughput
 from benchmarks.batch import make_rollout, play
 from benchmarks.rounds import Play, Spread
 from benchmarks.workload import Workload, median_scenario, random_workload, saved_workload, settings_of, with_walls
@@ -18,7 +18,7 @@ from slcs2_jax.config import Compute, InputError
 from slcs2_jax.grammar import load_grammar
 
 ROOT = Path(__file__).resolve().parent.parent
-SCRIPTS = {"throughput": throughput, "scaling": scaling, "generation": generation}
+SCRIPTS = {"throughput": throughput, "scaling": scaling, "generation": generation, "kernels": kernels}
 LIMITS = (20, 35, 50)  # steps of the episodes: one, two and three chunks of 20 steps
 
 
@@ -347,3 +347,52 @@ def test_generation_in_small(tmp_path):
         assert row["peak_bytes"] > 10**7
     assert "bytes_per_run" in rows[1]
     assert sum(line.startswith("|") for line in out.splitlines()) == 2 + 2
+
+
+# -- kernels -----------------------------------------------------------------------------------------------------------
+
+PROGRAM = """
+HloModule jit_advance
+
+FileNames
+1 "/somewhere/slcs2_jax/swarm/motion.py"
+2 "/elsewhere/jax/numpy.py"
+
+FunctionNames
+1 "resolve"
+2 "_where"
+3 "one_step.<locals>.inner"
+
+FileLocations
+1 {file_name_id=1 function_name_id=1 line=1 end_line=1 column=1 end_column=2}
+2 {file_name_id=2 function_name_id=2 line=3 end_line=3 column=1 end_column=2}
+3 {file_name_id=1 function_name_id=3 line=3 end_line=3 column=1 end_column=2}
+
+StackFrames
+1 {file_location_id=1 parent_frame_id=1}
+2 {file_location_id=2 parent_frame_id=1}
+3 {file_location_id=2 parent_frame_id=3}
+4 {file_location_id=3}
+
+%body (p: f32[]) -> f32[] {
+  %add_fusion.1 = f32[12]{0} fusion(%p), metadata={op_name="a" stack_frame_id=1}
+  ROOT %select.2 = f32[12]{0} fusion(%p), metadata={op_name="b" stack_frame_id=2}
+  %lost = f32[12]{0} copy(%p), metadata={op_name="c" stack_frame_id=3}
+  %inner-1 = f32[12]{0} copy(%p), metadata={op_name="c" stack_frame_id=4}
+}
+"""
+
+
+def test_kernels_are_put_down_to_the_innermost_function_of_the_package():
+    assert kernels.origins(PROGRAM) == {
+        "add_fusion.1": "swarm/motion.py resolve",
+        "select.2": "swarm/motion.py resolve",
+        "lost": "the compiler",
+        "inner-1": "swarm/motion.py inner",
+    }
+
+
+@pytest.mark.slow
+def test_kernels_in_small(tmp_path):
+    _, saved = run("kernels", tmp_path, "--rows", "3")
+    assert sum(row["share"] for row in saved["tables"]["open/short"]) == pytest.approx(1)
