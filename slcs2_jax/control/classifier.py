@@ -85,7 +85,7 @@ def decide(
         The memory with the new action set, and the action int32 [n, ...].
     """
     match = matching.match_set(rules.mask, truth)
-    quality, error = _learn(memory, match, share, learning)
+    quality, error = _learn(memory, qlearning.best_ahead(memory.quality, match), share, learning)
     count, n = rules.action.shape[:2]
     number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * t.ndim)
     stream = stored(randomness.stream(key, t, randomness.Purpose.RULE), learning.beta_q)
@@ -114,14 +114,14 @@ def finish(memory: Memory, share: jax.Array, learning: LearningParameters) -> Me
 
     Call it between rounds. Calling it later than the first round after the end changes nothing.
     """
-    quality, error = _learn(memory, jnp.zeros(memory.quality.shape, bool), share, learning)
+    quality, error = _learn(memory, jnp.zeros_like(memory.reward), share, learning)
     settled = strength.finish(memory.strength, memory.usage, memory.trace, memory.recent, learning.trace_decay)
     return dataclasses.replace(memory, quality=quality, error=error, strength=settled)
 
 
 def _learn(
-    memory: Memory, match: jax.Array, share: jax.Array, learning: LearningParameters
+    memory: Memory, ahead: jax.Array, share: jax.Array, learning: LearningParameters
 ) -> tuple[jax.Array, jax.Array]:
     members = (memory.trace & np.uint32(1)) == np.uint32(1)
     alpha = learning.alpha(share)
-    return qlearning.update(memory.quality, memory.error, members, memory.reward, match, alpha, learning.beta_q)
+    return qlearning.update(memory.quality, memory.error, members, memory.reward, ahead, alpha, learning.beta_q)

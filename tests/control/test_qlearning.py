@@ -18,7 +18,8 @@ def learn(quality, error, members, reward, match, alpha=ALPHA, beta=BETA):
     """One agent: new quality and error."""
     column = [np.array(a, t)[:, None] for a, t in ((quality, np.float32), (error, np.float32), (members, bool))]
     matched = np.array(match, bool)[:, None]
-    q, e = update(*column, np.float32([reward]), matched, jnp.float32(alpha), jnp.float32(beta))
+    ahead = qlearning.best_ahead(column[0], matched)
+    q, e = update(*column, np.float32([reward]), ahead, jnp.float32(alpha), jnp.float32(beta))
     return np.asarray(q)[:, 0], np.asarray(e)[:, 0]
 
 
@@ -63,8 +64,8 @@ def test_the_ends_of_the_learning_rate(alpha, quality):
 
 def test_each_instance_has_its_own_rate():
     q, e = (jnp.full((1, 1, 2), 2.0), jnp.zeros((1, 1, 2)))
-    yes, no = jnp.ones((1, 1, 2), bool), jnp.zeros((1, 1, 2), bool)
-    got, _ = update(q, e, yes, jnp.full((1, 2), 10.0), no, jnp.array([0.5, 0.1]), jnp.float32(BETA))
+    yes, nothing = jnp.ones((1, 1, 2), bool), jnp.zeros((1, 2))
+    got, _ = update(q, e, yes, jnp.full((1, 2), 10.0), nothing, jnp.array([0.5, 0.1]), jnp.float32(BETA))
     np.testing.assert_allclose(np.asarray(got)[0, 0], [6.0, 2.8], rtol=1e-6)
 
 
