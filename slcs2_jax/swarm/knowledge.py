@@ -41,22 +41,22 @@ def share(state: State) -> State:
     heard = state.heard[:n]
     strangers = lift(~np.eye(n, dtype=bool), state.t)
 
-    def told(table: jax.Array, counts: jax.Array, nothing: np.int32 | np.float32) -> jax.Array:
-        """The greatest of what self's teachers that count say of other: [other, teacher, ...] -> [other, self, ...]."""
-        said = jnp.swapaxes(table, 0, 1)[:, :, None]
-        return jnp.max(jnp.where(counts, said, nothing), axis=0)
+    def news(table: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
+        """What each agent then knows of one other, from what all know of it: [n, ...] each."""
+        time, x, y = table
+        latest = jnp.max(jnp.where(heard, time[:, None], UNKNOWN), axis=0)
+        source = heard & (time[:, None] == latest)
+        told_x, told_y = (jnp.max(jnp.where(source, place[:, None], -jnp.inf), axis=0) for place in (x, y))
+        newer = latest > time
+        return jnp.where(newer, latest, time), jnp.where(newer, told_x, x), jnp.where(newer, told_y, y)
 
-    latest = told(state.known_time, heard[:, None], UNKNOWN)
-    source = heard[:, None] & (jnp.swapaxes(state.known_time, 0, 1)[:, :, None] == latest)
-    newer = (latest > state.known_time) & strangers
-    x = told(state.known_x, source, np.float32(-np.inf))
-    y = told(state.known_y, source, np.float32(-np.inf))
+    time, x, y = jax.lax.map(news, (state.known_time, state.known_x, state.known_y))
     jammer = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
     return dataclasses.replace(
         state,
-        known_time=jnp.where(newer, latest, state.known_time),
-        known_x=jnp.where(newer, x, state.known_x),
-        known_y=jnp.where(newer, y, state.known_y),
+        known_time=jnp.where(strangers, time, state.known_time),
+        known_x=jnp.where(strangers, x, state.known_x),
+        known_y=jnp.where(strangers, y, state.known_y),
         jammer_range=jnp.maximum(state.jammer_range, jammer),
     )
 
