@@ -11,6 +11,7 @@ from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.evolution import driver
+from slcs2_jax.evolution.crews import make_crews
 from slcs2_jax.evolution.evaluation import Deployment
 from slcs2_jax.evolution.schedule import play
 from slcs2_jax.evolution.tasks import Measurement, Site
@@ -50,7 +51,7 @@ def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deploymen
     _check(settings, scenario, rules, grammar)
     runtime.configure(settings.compute)
     task = Measurement(Site(scenario, grammar.channels_used, settings.swarm.packets), rules, deployments)
-    play(driver.make_crews(settings, [grammar], [task]), lambda: None)
+    play(make_crews(settings, [grammar], [task]), lambda: None)
     return task.deployments
 
 

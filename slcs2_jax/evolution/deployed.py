@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from slcs2_jax.config import Settings
 from slcs2_jax.control import designed
 from slcs2_jax.control.behaviour import Behaviour
-from slcs2_jax.evolution.driver import batch_key, make_crews
+from slcs2_jax.evolution.crews import make_crews
+from slcs2_jax.evolution.driver import batch_key
 from slcs2_jax.evolution.evaluation import Deployment
 from slcs2_jax.evolution.schedule import play
 from slcs2_jax.evolution.tasks import Measurement, Site

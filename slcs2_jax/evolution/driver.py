@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import itertools
 import math
 import os
 import shlex
@@ -12,31 +11,27 @@ import signal
 import statistics
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
 from slcs2_jax.control import classifier, designed
 from slcs2_jax.control.behaviour import Behaviour
 from slcs2_jax.control.controller import Controller
-from slcs2_jax.episode import Parameters
+from slcs2_jax.evolution.crews import Said, make_crews, slots_per_device
 from slcs2_jax.evolution.instances import Instances, MakeSearch, prepare
 from slcs2_jax.evolution.memory import check_memory, measurement_bytes, search_bytes
 from slcs2_jax.evolution.saving import Saver
-from slcs2_jax.evolution.schedule import Crew, play
+from slcs2_jax.evolution.schedule import play
 from slcs2_jax.evolution.search import Search
 from slcs2_jax.evolution.stopping import Stopped, StopRequest
-from slcs2_jax.evolution.tasks import Measurement, Site, Task
+from slcs2_jax.evolution.tasks import Measurement, Site
 from slcs2_jax.grammar import RuleSets, parse_grammar
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, SavedSolution, ScenarioSummary
 from slcs2_jax.results.reading import ended
 from slcs2_jax.results.run_folder import check_usable
 from slcs2_jax.results.summary import spread
-from slcs2_jax.rollout import LANES, Rollout, Shape
-from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.scenario import make_scenario
-
-MOST_CREWS, CREW = 4, 12  # rollouts for scenarios with more and more walls, and the tasks that one should have at least
 
 
 def evolve(
@@ -117,7 +112,7 @@ def _batches(settings: Sequence[Settings], widths: Mapping[int, int | None]) -> 
     for places in alike.values():
         first = settings[places[0]]
         known = [width for place in places if (width := widths[place]) is not None]
-        new = known[0] if known else _width(first, sum(settings[place].instances for place in places))
+        new = known[0] if known else slots_per_device(first, sum(settings[place].instances for place in places))
         by_width: dict[int, list[int]] = {}
         for place in places:
             by_width.setdefault(widths[place] or new, []).append(place)
@@ -221,7 +216,7 @@ def _measure(
     settings: Settings, rules: RuleSets, said: Said, controller: Controller, deployments: int, report: Report
 ) -> EvaluationSummary:
     devices = runtime.devices(settings.compute)
-    width = _width(settings, settings.instances * deployments)
+    width = slots_per_device(settings, settings.instances * deployments)
     check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
     sites = [_site(settings, said, instance) for instance in range(settings.instances)]
     tasks = [Measurement(site, rules, deployments) for site in sites]
@@ -254,67 +249,9 @@ def batch_key(settings: Settings) -> Any:
     return settings.radio, settings.swarm, settings.learning, settings.compute, sizes
 
 
-class Said(Protocol):
-    """What rules are made of, a grammar or a behaviour: words per condition, and the channels they name."""
-
-    @property
-    def words(self) -> int: ...
-
-    @property
-    def channels_used(self) -> tuple[int, ...]: ...
-
-
 def _site(settings: Settings, said: Said, instance: int) -> Site:
     scenario = make_scenario(settings, settings.seed + instance)
     return Site(scenario, said.channels_used, settings.swarm.packets)
-
-
-def make_crews(
-    settings: Settings,
-    said: Sequence[Said],
-    tasks: Sequence[Task],
-    *,
-    width: int | None = None,
-    controller: Controller = classifier,
-) -> list[Crew]:
-    """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
-
-    The slots of a rollout all have room for the walls of the fullest scenario, and cost as much as if they were used;
-    so tasks are parted by the number of walls where there are enough of them to keep several rollouts busy.
-    """
-    width = width or _width(settings, sum(len(task.wanted(0)) for task in tasks))
-    by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
-    kinds = len({wall_capacity([task.site.scenario]) for task in tasks})
-    on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
-    parts = max(1, min(MOST_CREWS, kinds, len(tasks) // CREW)) if on_cpu else 1
-    cuts = [len(tasks) * part // parts for part in range(parts + 1)]
-    return [
-        Crew(some, _rollout(settings, said, [task.site for task in some], width, controller))
-        for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
-    ]
-
-
-def _rollout(
-    settings: Settings, said: Sequence[Said], sites: Sequence[Site], width: int, controller: Controller
-) -> Rollout:
-    shape = Shape(
-        agents=settings.swarm.agents,
-        rules=settings.rules.rules,
-        words=max(one.words for one in said),
-        channels=1 + max(max(one.channels_used) for one in said),
-        walls=wall_capacity([site.scenario for site in sites]),
-    )
-    devices = runtime.devices(settings.compute)
-    parameters = Parameters.of(settings, controller)
-    slots = width * len(devices)
-    return Rollout(parameters, shape, slots=slots, devices=devices, chunk=settings.compute.chunk)
-
-
-def _width(settings: Settings, tasks: int) -> int:
-    """Slots per device: CPUs are fastest with one vector's width; a GPU takes twice what is certain to be wanted."""
-    devices = runtime.devices(settings.compute)
-    enough = LANES * len(devices) if devices[0].platform == "cpu" else 2 * tasks
-    return -(-(settings.compute.slots or enough) // (LANES * len(devices))) * LANES
 
 
 def _scenario_summary(task: Measurement) -> ScenarioSummary:

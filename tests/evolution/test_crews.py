@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Compute, Rules, Settings, Swarm, World
-from slcs2_jax.evolution import driver
+from slcs2_jax.evolution import crews as module
 from slcs2_jax.evolution.tasks import Measurement, Site
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.world.arena import wall_capacity
@@ -32,22 +32,22 @@ def tasks(count: int) -> list[Measurement]:
 def built(monkeypatch):
     """Crews whose rollouts are only described: the wall rows that they were asked for."""
     monkeypatch.setattr(
-        driver, "Rollout", lambda parameters, shape, **values: SimpleNamespace(walls=shape.walls, slots=values["slots"])
+        module, "Rollout", lambda parameters, shape, **values: SimpleNamespace(walls=shape.walls, slots=values["slots"])
     )
-    return lambda some: driver.make_crews(SETTINGS, [load_grammar("main")], some)
+    return lambda some: module.make_crews(SETTINGS, [load_grammar("main")], some)
 
 
 def test_few_tasks_share_one_rollout(built):
-    [crew] = built(tasks(2 * driver.CREW - 1))
-    assert len(crew.tasks) == 2 * driver.CREW - 1
+    [crew] = built(tasks(2 * module.CREW - 1))
+    assert len(crew.tasks) == 2 * module.CREW - 1
 
 
 def test_many_tasks_are_parted_into_those_with_few_and_with_many_walls(built):
-    everybody = tasks(3 * driver.CREW + 5)
+    everybody = tasks(3 * module.CREW + 5)
     crews = built(everybody)
     assert 2 <= len(crews) <= 3
     assert sorted(id(task) for crew in crews for task in crew.tasks) == sorted(id(task) for task in everybody)
-    assert all(len(crew.tasks) >= driver.CREW for crew in crews)
+    assert all(len(crew.tasks) >= module.CREW for crew in crews)
     rows = [sum(crew.rollout.walls) for crew in crews]
     assert rows == sorted(rows)
     assert rows[0] < rows[-1]
@@ -57,7 +57,7 @@ def test_many_tasks_are_parted_into_those_with_few_and_with_many_walls(built):
 
 def test_worlds_without_walls_are_not_parted(built):
     open_world = dataclasses.replace(SETTINGS, world=World.preset("open"))
-    everybody = tasks(3 * driver.CREW)
+    everybody = tasks(3 * module.CREW)
     for task in everybody:
         task.site = dataclasses.replace(task.site, scenario=make_scenario(open_world, 0))
     assert len(built(everybody)) == 1
