@@ -6,6 +6,7 @@ Pure functions of arrays whose last axis is the batch. ``rollout`` drives them.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import chex
@@ -20,6 +21,8 @@ from slcs2_jax.control.controller import Controller
 from slcs2_jax.control.learning import LearningParameters
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm import step as world
+from slcs2_jax.swarm.links import Links
+from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.swarm.state import State, initial_state, running
 from slcs2_jax.swarm.step import Outcome, Physics
 from slcs2_jax.world.arena import Arena
@@ -87,7 +90,21 @@ def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) ->
     return Episode(arena, rules, state, parameters.controller.initial_memory(rules, parameters.learning))
 
 
-def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Outcome]:
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class Moment:
+    """A time-step in full, for those who look on: what agents saw, over which links, what they did, what it brought.
+
+    action: int32 [n, ...], numbers of the vocabulary; `NO_ACTION` for none.
+    """
+
+    seen: Observation
+    drawn: Links
+    action: jax.Array
+    outcome: Outcome
+
+
+def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Moment]:
     """One time-step of one episode or of a batch."""
     physics = parameters.physics
     state, drawn, seen = world.observe(episode.state, episode.arena, physics)
@@ -96,27 +113,40 @@ def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Outcome]:
     )
     state, outcome = world.act(state, action, seen, drawn, episode.arena, physics)
     memory = parameters.controller.remember(memory, outcome.reward)
-    return dataclasses.replace(episode, state=state, memory=memory), outcome
+    return dataclasses.replace(episode, state=state, memory=memory), Moment(seen, drawn, action, outcome)
 
 
 def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
     """Some sharing periods of steps; episodes that are over stand still."""
+    return watch(episode, parameters, periods, lambda *_: None)[0]
+
+
+def watch(
+    episode: Episode, parameters: Parameters, periods: int, note: Callable[[Episode, Episode, Moment], Any]
+) -> tuple[Episode, Any]:
+    """`advance`, and what `note` makes of every step: of the episode before and after it and of the moment itself.
+
+    Returns:
+        The episode, and the notes stacked, [periods, rounds, L, ...] with the product of the three the steps.
+    """
     length = strength.round_length(parameters.sharing_period, parameters.learning.bp_max)
     controller = parameters.controller
 
-    def one_step(episode: Episode, _: None) -> tuple[Episode, Any]:
-        episode, outcome = step(episode, parameters)
-        return episode, controller.gain(outcome.reward, outcome.acts)
+    def one_step(before: Episode, _: None) -> tuple[Episode, Any]:
+        episode, moment = step(before, parameters)
+        gain = controller.gain(moment.outcome.reward, moment.outcome.acts)
+        return episode, (gain, note(before, episode, moment))
 
-    def one_round(episode: Episode, _: None) -> tuple[Episode, None]:
-        episode, gains = jax.lax.scan(one_step, episode, length=length)
-        return dataclasses.replace(episode, memory=controller.settle(episode.memory, gains, parameters.learning)), None
+    def one_round(episode: Episode, _: None) -> tuple[Episode, Any]:
+        episode, (gains, notes) = jax.lax.scan(one_step, episode, length=length)
+        memory = controller.settle(episode.memory, gains, parameters.learning)
+        return dataclasses.replace(episode, memory=memory), notes
 
-    def one_period(episode: Episode, _: None) -> tuple[Episode, None]:
-        episode, _ = jax.lax.scan(one_round, episode, length=parameters.sharing_period // length)
-        return dataclasses.replace(episode, state=knowledge.share(episode.state)), None
+    def one_period(episode: Episode, _: None) -> tuple[Episode, Any]:
+        episode, notes = jax.lax.scan(one_round, episode, length=parameters.sharing_period // length)
+        return dataclasses.replace(episode, state=knowledge.share(episode.state)), notes
 
-    return jax.lax.scan(one_period, episode, length=periods)[0]
+    return jax.lax.scan(one_period, episode, length=periods)
 
 
 def result(episode: Episode, parameters: Parameters) -> Result:

@@ -160,7 +160,8 @@ def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
 @jax.jit
 def fast_step(episode: Episode, parameters: Parameters) -> tuple[State, object, object]:
     """One step, and sharing where it is due."""
-    stepped, outcome = episodes.step(episode, parameters)
+    stepped, moment = episodes.step(episode, parameters)
+    outcome = moment.outcome
     shared = knowledge.share(stepped.state)
     due = stepped.state.t % parameters.sharing_period == 0
     state = jax.tree.map(lambda a, b: jnp.where(due, a, b), shared, stepped.state)

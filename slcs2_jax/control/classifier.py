@@ -86,14 +86,26 @@ def decide(
     """
     match = matching.match_set(rules.mask, truth)
     quality, error = _learn(memory, qlearning.best_ahead(memory.quality, match), share, learning)
-    count, n = rules.action.shape[:2]
-    number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * t.ndim)
-    stream = stored(randomness.stream(key, t, randomness.Purpose.RULE), learning.beta_q)
-    lots = randomness.bits(stream, number)
-    action = grasp.choose(match, quality, rules.action, lots, learning.alpha_grasp)
+    action = grasp.choose(match, quality, rules.action, _lots(rules, key, t, learning), learning.alpha_grasp)
     members = match & (rules.action == action.astype(jnp.uint8))
     trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
     return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
+
+
+def chosen(
+    memory: Memory, rules: Rules, truth: jax.Array, key: jax.Array, t: jax.Array, learning: LearningParameters
+) -> jax.Array:
+    """The rule that ``decide`` drew when it returned this memory: int32 [n, ...]; -1 where nothing matched."""
+    match = matching.match_set(rules.mask, truth)
+    lots = _lots(rules, key, t, learning)
+    return grasp.chosen(match, memory.quality, rules.action, lots, learning.alpha_grasp)
+
+
+def _lots(rules: Rules, key: jax.Array, t: jax.Array, learning: LearningParameters) -> jax.Array:
+    """A uniform word for every rule and step: uint32 [R, n, ...]."""
+    count, n = rules.action.shape[:2]
+    number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * t.ndim)
+    return randomness.bits(stored(randomness.stream(key, t, randomness.Purpose.RULE), learning.beta_q), number)
 
 
 def remember(memory: Memory, reward: jax.Array) -> Memory:

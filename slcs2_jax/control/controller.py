@@ -42,6 +42,17 @@ class Controller(Protocol):
             learning: parameters.
         """
 
+    def chosen(
+        self,
+        memory: Any,
+        rules: Rules,
+        truth: jax.Array,
+        key: jax.Array,
+        t: jax.Array,
+        learning: LearningParameters,
+    ) -> jax.Array:
+        """For recordings: which rule made `decide` return this memory and its action, int32 [n, ...]; -1 for none."""
+
     def remember(self, memory: Any, reward: jax.Array) -> Any:
         """Take the reward of the action just taken, float32 [n, ...]."""
 

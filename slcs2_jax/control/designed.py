@@ -82,6 +82,14 @@ def decide(
     return Memory(memory.usage + acts.astype(jnp.int32)), action
 
 
+def chosen(
+    memory: Memory, rules: Rules, truth: jax.Array, key: jax.Array, t: jax.Array, learning: LearningParameters
+) -> jax.Array:
+    """The first rule that holds: int32 [n, ...]; -1 if none does."""
+    match = match_set(rules.mask, truth)
+    return jnp.where(jnp.any(match, axis=0), jnp.argmax(match, axis=0).astype(jnp.int32), np.int32(-1))
+
+
 def remember(memory: Memory, reward: jax.Array) -> Memory:
     """Rewards change nothing."""
     return memory

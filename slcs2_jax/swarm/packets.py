@@ -79,14 +79,14 @@ def _transmit(
     from_agents = (intent.node[:, None] == receiver) & on_air[:, None]
     wanted = jnp.concatenate([from_agents, jnp.concatenate([asker, to_nodes])[None]])
 
-    disturbance = links.jamming[channel] + _others(signal)
+    disturbance = links.jamming[channel] + others(signal)
     nothing = jnp.zeros_like(serves)
     able = ~jnp.concatenate([on_air | state.holding, serves[None], nothing[None]])
     return signal, wanted, wanted & able & decodable(signal, disturbance, radio)
 
 
-def _others(signal: jax.Array) -> jax.Array:
-    """At each receiver, the sum of all signals but the sender's own: [senders, receivers, ...], mW.
+def others(signal: jax.Array) -> jax.Array:
+    """At each receiver, the sum of all signals but the sender's own: float32 [senders, receivers, ...], mW.
 
     The strongest is never subtracted from a sum that it dominates: for it the others are added up.
     """

@@ -84,7 +84,8 @@ def live(episode, parameters, periods):
     """``episode.advance`` from its parts, with a record of every step."""
 
     def one_step(episode, _):
-        episode, outcome = episodes.step(episode, parameters)
+        episode, moment = episodes.step(episode, parameters)
+        outcome = moment.outcome
         return episode, (record(episode, outcome), strength.gain(outcome.reward, outcome.acts))
 
     def one_period(episode, _):
@@ -293,8 +294,8 @@ def test_vmap_over_the_last_axis_works(batch, track):
     step = jax.jit(mapped, compiler_options=QUICK)
     episode = begin(*few, batch.parameters)
     for t in range(batch.parameters.sharing_period):
-        episode, outcome = step(episode)
-        seen = jax.device_get(record(episode, outcome))
+        episode, moment = step(episode)
+        seen = jax.device_get(record(episode, moment.outcome))
         same_story(seen, {name: leaf[t, ..., :5] for name, leaf in track[0].items()}, f"t={t}")
 
 
