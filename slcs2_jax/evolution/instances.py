@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
+from slcs2_jax.config import InputError, Settings
 from slcs2_jax.evolution.member import Member
 from slcs2_jax.evolution.search import HistoryRow, Search
+from slcs2_jax.evolution.shown import as_saved
 from slcs2_jax.evolution.tasks import Run, Site
 from slcs2_jax.evolution.usage import Usage
-from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, parse_grammar, random_rules
+from slcs2_jax.grammar import Grammar, load_grammar, parse_grammar, random_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.reading import read_timing
 from slcs2_jax.results.summary import spread
@@ -131,25 +132,7 @@ class Instances:
             self.folder.close()
 
     def _saved(self, run: Run, one: Member) -> SavedSolution:
-        evaluation, solution = one.evaluation, one.solution
-        return SavedSolution(
-            rules=RuleSets(solution.mask, solution.action),
-            quality=evaluation.quality,
-            strength=evaluation.strength,
-            error=evaluation.error,
-            usage=np.rint(evaluation.usage).astype(np.int32),
-            contribution=evaluation.contribution.astype(np.float32),
-            # equal runs have equal bytes wherever they lie and whatever computed and saved them
-            settings=replace(self.settings, run_dir=None, compute=Compute(), checkpoint=Checkpoint()),
-            grammar_text=self.grammar.text,
-            instance_seed=run.site.scenario.seed,
-            generation=one.generation,
-            fitness=one.fitness,
-            deployments=evaluation.deployments,
-            origin_kind=solution.origin_kind,
-            origin_generation=solution.origin_generation,
-            origin_agent=solution.origin_agent,
-        )
+        return as_saved(one, self.settings, self.grammar.text, run.site.scenario.seed)
 
 
 def prepare(
