@@ -138,7 +138,7 @@ class SavedSolution:
         write_text(path, self.text())
 
 
-@functools.lru_cache(maxsize=2**16)
+@functools.lru_cache(maxsize=2**13)  # some 2 MB; the members of one collection have fewer different rules
 def _rule_text(mask: bytes, action: int) -> str:
     """A rule in words; the members of a collection have most of theirs in common."""
     return rule_from_mask(np.frombuffer(mask, np.uint32), action).text()
