@@ -5,14 +5,10 @@ Told apart in grey too: by marker, by line style and by how dark the colours are
 
 from __future__ import annotations
 
-import io
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -22,7 +18,6 @@ from slcs2_jax.analysis.paper import printed_mean
 from slcs2_jax.analysis.statistics import mean_interval
 from slcs2_jax.analysis.study import BEST, METRICS, Study
 from slcs2_jax.config.model import RANGES
-from slcs2_jax.results.files import write_whole
 
 # colour, marker, line; from dark to light
 _STYLES = (
@@ -33,22 +28,6 @@ _STYLES = (
     ("#999999", "v", (0, (1, 1))),
     ("#cc79a7", "P", (0, (5, 1, 1, 1, 1, 1))),
 )
-_RC = {"font.size": 8.0, "svg.hashsalt": "slcs2_jax", "svg.fonttype": "path", "figure.dpi": 100.0}
-
-
-def save(figure: Callable[[], Figure], stem: Path) -> list[Path]:
-    """Draw and write STEM.png and STEM.svg, without a date or a version in them."""
-    with _own_style():
-        drawn = figure()
-        paths = []
-        for suffix, metadata in ((".png", {"Software": None}), (".svg", {"Date": None})):
-            buffer = io.BytesIO()
-            drawn.savefig(buffer, format=suffix[1:], metadata=metadata, dpi=200)
-            path = stem.with_suffix(suffix)
-            content = buffer.getvalue()
-            write_whole(path, lambda file, content=content: file.write(content))  # type: ignore[misc]
-            paths.append(path)
-    return paths
 
 
 def fitness_figure(study: Study, metric: str) -> Figure:
@@ -171,12 +150,3 @@ def _legend(figure: Figure, panels: Iterable[Any]) -> None:
         handles, labels = panel.get_legend_handles_labels()
         unique = dict(zip(labels, handles, strict=True)) | unique
     figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=4, frameon=False)
-
-
-@contextmanager
-def _own_style() -> Iterator[None]:
-    """Matplotlib's defaults and ours, whatever the user's own are."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_RC)  # type: ignore[arg-type]
-        yield

@@ -91,7 +91,7 @@ def _tables(study: Study) -> list[Table]:
 def _write_figures(place: Path, found: Sequence[Study]) -> dict[str, list[Path]]:
     """The figures of each study; none without matplotlib."""
     try:
-        from slcs2_jax.analysis import figure
+        from slcs2_jax.analysis import drawing, figure
     except ImportError:
         return {}
     drawn: dict[str, list[Path]] = {}
@@ -99,12 +99,12 @@ def _write_figures(place: Path, found: Sequence[Study]) -> dict[str, list[Path]]
         pictures = drawn.setdefault(study.name, [])
         for metric in METRICS:
             if study.descriptions(metric):
-                pictures += figure.save(
+                pictures += drawing.save(
                     lambda study=study, metric=metric: figure.fitness_figure(study, metric),  # type: ignore[misc]
                     place / f"{study.name}_{metric}",
                 )
         if study.generations and study.descriptions(BEST):
-            pictures += figure.save(
+            pictures += drawing.save(
                 lambda study=study: figure.curves_figure(study),  # type: ignore[misc]
                 place / f"{study.name}_curves",
             )

@@ -79,11 +79,11 @@ def conclude(root: str, cells: Sequence[Split]) -> None:
     write_text(place / "calibration.csv", table.csv())
     write_text(place / "calibration.md", "# Calibration study\n\n" + table.markdown())
     try:
-        from slcs2_jax.analysis import figure
+        from slcs2_jax.analysis import drawing, figure
     except ImportError:
         print("no figure: it needs matplotlib, the extra plot")
     else:
-        figure.save(lambda: figure.calibration_figure(found), place / "calibration")
+        drawing.save(lambda: figure.calibration_figure(found), place / "calibration")
     for fit in sorted(found, key=lambda fit: float("inf") if fit.misfit is None else fit.misfit)[:5]:
         print(f"misfit {fit.misfit:.3f}  {fit.point.kind:7}  {fit.point.name}")
     print(f"table {place / 'calibration.md'}", flush=True)

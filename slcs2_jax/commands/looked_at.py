@@ -21,18 +21,32 @@ def subject_and_options(
 
     Raises InputError naming what is not accepted.
     """
-    subjects = [argument for argument in arguments if "=" not in argument or Path(argument).exists()]
-    if len(subjects) != 1 or subjects[0].startswith("-"):
+    subjects, options, others = told_apart(arguments, defaults)
+    if len(subjects) != 1:
         raise InputError(f"{command}: accepted is slcs2 {command} RUN [option=value ...] (slcs2 {command} --help)")
-    options = dict(defaults)
-    for argument in arguments:
-        name, _, text = argument.partition("=")
-        if argument == subjects[0]:
-            continue
-        if name not in defaults:
-            raise refuse("option", name, "one of " + ", ".join(defaults))
-        options[name] = _value(name, text, defaults[name])
+    if others:
+        raise refuse("option", others[0].partition("=")[0], "one of " + ", ".join(defaults))
     return subjects[0], options
+
+
+def told_apart(arguments: Sequence[str], defaults: Mapping[str, Any]) -> tuple[list[str], dict[str, Any], list[str]]:
+    """What is no assignment; the options, each in the type of its default (None: a text); and other assignments.
+
+    Raises InputError for a value that its option cannot have, and for an argument with a dash.
+    """
+    subjects: list[str] = []
+    options, others = dict(defaults), []
+    for argument in arguments:
+        name, equals, text = argument.partition("=")
+        if argument.startswith("-"):
+            raise refuse("option", argument, "--help, or option=value")
+        if not equals or Path(argument).exists():
+            subjects.append(argument)
+        elif name in defaults:
+            options[name] = _value(name, text, defaults[name])
+        else:
+            others.append(argument)
+    return subjects, options, others
 
 
 def _value(name: str, text: str, default: Any) -> Any:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, Protocol, TextIO
 
@@ -114,6 +115,18 @@ class Quiet:
 
     def note(self, text: str) -> None:
         """Nothing."""
+
+
+@contextmanager
+def counting(label: str) -> Iterator[Callable[..., None]]:
+    """Yields what to tell how far a short computation is (done, and of how many): a live line on a terminal alone."""
+    if not sys.stderr.isatty():
+        yield lambda done, total=None: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(label) as status:
+        yield lambda done, total=None: status.update(f"{label} {done:,d}" + (f"/{total:,d}" if total else ""))
 
 
 def duration(seconds: float) -> str:

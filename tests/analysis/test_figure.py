@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("matplotlib")
 import matplotlib
 
-from slcs2_jax.analysis import figure
+from slcs2_jax.analysis import drawing, figure
 from slcs2_jax.analysis.arm import CELLS
 from slcs2_jax.analysis.calibration import Estimate, fits, points
 from slcs2_jax.analysis.collect import collect
@@ -27,9 +27,9 @@ def study(make):
 
 
 def test_files_are_the_same_again_whatever_style_is_set(study, tmp_path):
-    first = figure.save(lambda: figure.fitness_figure(study, BEST), tmp_path / "a")
+    first = drawing.save(lambda: figure.fitness_figure(study, BEST), tmp_path / "a")
     with matplotlib.rc_context({"axes.facecolor": "red", "font.size": 30, "svg.hashsalt": None}):
-        second = figure.save(lambda: figure.fitness_figure(study, BEST), tmp_path / "b")
+        second = drawing.save(lambda: figure.fitness_figure(study, BEST), tmp_path / "b")
         assert matplotlib.rcParams["font.size"] == 30  # and is put back
     assert [path.suffix for path in first] == [".png", ".svg"]
     for one, other in zip(first, second, strict=True):

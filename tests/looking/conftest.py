@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from slcs2_jax.config import Checkpoint, Compute, Rules, Search, Settings, Swarm, World
+from slcs2_jax.config import Checkpoint, Compute, Radio, Rules, Search, Settings, Swarm, World
 from slcs2_jax.evolution import driver
+from slcs2_jax.evolution.evaluation import fresh_deployment_key
+from slcs2_jax.evolution.shown import replay
+from slcs2_jax.grammar import load_grammar, random_rule_sets
+from slcs2_jax.recording import Recording, record
+from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import SOLUTIONS, SUMMARY
+from slcs2_jax.world.scenario import make_scenario
 
 
 @pytest.fixture(scope="session")
@@ -38,3 +46,25 @@ def under_way(finished, tmp_path) -> Path:
     (folder / SUMMARY).unlink()
     shutil.rmtree(folder / SOLUTIONS)
     return folder
+
+
+@pytest.fixture(scope="session")
+def episode(finished) -> Recording:
+    """A replay of the first instance's best solution."""
+    return replay(read_run(finished).best(0))
+
+
+@pytest.fixture(scope="session")
+def jammed_episode() -> Recording:
+    """Random rules among buildings, near a jammer."""
+    agents = 4
+    settings = Settings(
+        world=dataclasses.replace(World.preset("urban_jammed"), distance=110.0, time_limit=400),
+        radio=Radio(power_dbm=6.5),  # net is 54 m
+        swarm=Swarm(agents=agents, packets=4),
+        compute=Compute(devices=1),
+    )
+    grammar = load_grammar("main")
+    rules = random_rule_sets(grammar, agents, 40, np.random.default_rng(4))
+    key = fresh_deployment_key(7, 1)
+    return record(settings, make_scenario(settings, 7), rules, grammar.channels_used, key)

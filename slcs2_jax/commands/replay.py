@@ -1,0 +1,191 @@
+"""slcs2 replay: an episode as an animation, or a span of it as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.field import refuse
+
+if TYPE_CHECKING:
+    from slcs2_jax.config import Settings
+    from slcs2_jax.recording import Recording
+    from slcs2_jax.results import SavedSolution
+
+    Compute = Callable[..., Recording]  # takes after_chunk
+
+TAKES_SETTINGS = True
+HELP = """\
+slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
+slcs2 replay controller=NAME [...]: of a behaviour made by hand
+
+By default the best solution, in the world where it evolved, as an animation. Settings change the world: another
+environment, range, seed, ...
+
+  instance=0          of the run
+  member=best         best, or the number of a member of the collection
+  controller=NAME     what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
+  beside=NAME         shown in the same world, below the first: designed, or the path of a text
+  deployment=0        which of the fresh deployments in this world
+  picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
+                      paths: the way of every agent
+  field=none          none, power or sinr: mean received power or SINR of the strongest sender, as a map under the rest
+  start=0 end=auto    the span, time-steps; auto: the end of the episode
+  every=auto          time-steps from frame to frame; auto: so that there are about 300 frames
+  fps=20              frames per second
+  out=FILE            a new file: .gif or .mp4 of an animation; .png, .svg or .pdf of the others. Without it,
+                      replay.gif, layout.png or paths.png
+"""
+_DEFAULTS: dict[str, Any] = {
+    "instance": 0,
+    "member": "best",
+    "controller": None,
+    "beside": None,
+    "deployment": 0,
+    "picture": "animation",
+    "field": "none",
+    "start": 0,
+    "end": "auto",
+    "every": "auto",
+    "fps": 20,
+    "out": None,
+}
+_FRAMES = 300
+_MOST_FRAMES = 5000
+_MOST_FPS = 100
+
+
+def run(arguments: list[str]) -> int:
+    """Show the episode that the arguments ask for."""
+    subjects, options, assignments = told_apart(arguments, _DEFAULTS)
+    if len(subjects) > 1 or not (subjects or options["controller"]):
+        raise InputError("replay: accepted is slcs2 replay RUN, or controller=NAME (slcs2 replay --help)")
+    one_of("picture", options["picture"], ("animation", "layout", "paths"))
+    one_of("field", options["field"], ("none", "power", "sinr"))
+    out = _output(options["out"], options["picture"])
+    for name, most in (("end", None), ("every", None), ("fps", _MOST_FPS)):
+        _whole(name, options[name], most)
+    from slcs2_jax.config.compose import Job, run_hydra
+
+    solution = look_at(subjects[0], options["instance"], options["member"]) if subjects else None
+
+    def together(jobs: list[Job]) -> list[float]:
+        for job in jobs:
+            _show(solution, job, options, out)
+        return [0.0] * len(jobs)
+
+    run_hydra("evaluate", assignments, together)
+    return 0
+
+
+def _output(said: str | None, picture: str) -> Path:
+    """Where the picture goes; refuses a format that cannot be written before anything is computed."""
+    try:
+        from slcs2_jax.analysis import animation, drawing
+    except ImportError as error:
+        raise InputError(
+            f"replay: {error.name} is not installed; accepted is an installation with slcs2_jax[plot]"
+        ) from None
+    path = new_file(said or ("replay.gif" if picture == "animation" else f"{picture}.png"))
+    assert path is not None
+    suffixes = animation.SUFFIXES if picture == "animation" else drawing.SUFFIXES
+    if path.suffix not in suffixes:
+        raise refuse("out", str(path), f"a file whose name ends in {' or '.join(suffixes)} for picture={picture}")
+    if path.suffix == ".mp4":
+        animation.find_encoder()
+    return path
+
+
+def _whole(name: str, said: Any, most: int | None = None) -> None:
+    """Refuse what is neither auto nor a whole number from 1 on."""
+    if said == "auto":
+        return
+    text = str(said)
+    if not (text.isascii() and text.isdecimal() and 0 < int(text) <= (most or 10**9)):
+        above = f" to {most}" if most else " on, or auto"
+        raise refuse(name, said, f"a whole number from 1{above}")
+
+
+def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out: Path) -> None:
+    from slcs2_jax.config.overlay import evaluation_settings, take
+    from slcs2_jax.config.schema import settings_from
+
+    config, _ = take(job.config, "solution", "controller", "deployments")
+    settings = (
+        settings_from(config) if solution is None else evaluation_settings(solution.settings, config, job.overrides)
+    )
+    own_seed = solution is not None and not any(override.startswith("seed=") for override in job.overrides)
+    seed = solution.instance_seed if solution is not None and own_seed else settings.seed
+    titles, recordings = [], []
+    for title, compute in _episodes(solution, settings, seed, options):
+        recordings.append(_computed(compute, title))
+        titles.append(
+            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, "
+            f"fitness {recordings[-1].fitness:.3f}"
+        )
+        print(titles[-1], flush=True)
+    _write(recordings, titles, options, out)
+
+
+def _episodes(
+    solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
+) -> list[tuple[str, Compute]]:
+    """What is to be shown: titles, and how each is computed."""
+    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.evolution.shown import replay, replay_behaviour
+
+    place = {"seed": seed, "deployment": options["deployment"]}
+    found: list[tuple[str, Compute]] = []
+    if options["controller"] is None and solution is not None:
+        found.append(("evolved", partial(replay, solution, settings, **place)))
+    for name in (options["controller"], options["beside"]):
+        if name is not None:
+            found.append((Path(name).stem, partial(replay_behaviour, load_behaviour(name), settings, **place)))
+    return found
+
+
+def _computed(compute: Compute, title: str) -> Recording:
+    from slcs2_jax.results.progress import counting
+
+    with counting(f"{title}: time-step") as count:
+        return compute(after_chunk=count)
+
+
+def _write(recordings: list[Recording], titles: list[str], options: dict[str, Any], out: Path) -> None:
+    steps = max(one.steps for one in recordings)
+    end = steps if options["end"] == "auto" else int(options["end"])
+    start = options["start"]
+    if not start < end <= steps:
+        raise InputError(f"start={start} end={end}: accepted are 0 <= start < end <= {steps}, the steps of the episode")
+    field = None if options["field"] == "none" else options["field"]
+    if options["picture"] != "animation":
+        from slcs2_jax.analysis.drawing import own_style, write_figure
+        from slcs2_jax.analysis.still import still
+
+        with own_style():
+            write_figure(still(recordings, titles, options["picture"], start=start, end=end, field=field), out)
+        print(f"{options['picture']} {out}", flush=True)
+        return
+    from slcs2_jax.analysis.animation import animate
+    from slcs2_jax.results.progress import counting
+
+    every = max(1, round((end - start) / _FRAMES)) if options["every"] == "auto" else int(options["every"])
+    if (end - start) / every > _MOST_FRAMES:
+        raise InputError(f"every={every}: would give more than {_MOST_FRAMES} frames; accepted are fewer")
+    with counting("frame") as count:
+        frames = animate(
+            recordings,
+            titles,
+            out,
+            start=start,
+            end=end,
+            every=every,
+            fps=options["fps"],
+            field=field,
+            after_frame=count,
+        )
+    print(f"replay {out}: {frames} frames, {every} time-steps from one to the next", flush=True)
