@@ -55,8 +55,7 @@ def cut_rows(path: Path, generations: Sequence[int]) -> None:
     Raises InputError (without the file's name) if one of those is missing, damaged or there twice, and StorageError.
     """
     kept: dict[tuple[int, int], bytes] = {}
-    lines = _lines(path) if path.exists() else []
-    for line in lines:
+    for line in _lines(path) if path.exists() else []:
         try:
             place = _place(parse_row(line))
         except InputError:  # beyond the last save nothing is certain to be whole, and nothing is kept
@@ -69,8 +68,9 @@ def cut_rows(path: Path, generations: Sequence[int]) -> None:
         for generation in range(count):
             if (generation, instance) not in kept:
                 raise InputError(f"generation {generation} of instance {instance} is missing or damaged")
-    if list(kept.values()) != lines or (lines and path.stat().st_size != sum(map(len, lines)) + len(lines)):
-        _write(path, kept.values())
+    whole = _joined(kept.values())
+    if path.exists() and _read(path) != whole:  # also if only the end of a line is missing: the next would follow it
+        write_whole(path, lambda file: file.write(whole))
 
 
 def sort_rows(path: Path) -> None:
@@ -78,17 +78,21 @@ def sort_rows(path: Path) -> None:
     lines = _lines(path)
     ordered = sorted(lines, key=lambda line: _place(parse_row(line)))
     if ordered != lines:
-        _write(path, ordered)
+        write_whole(path, lambda file: file.write(_joined(ordered)))
 
 
-def _write(path: Path, lines: Iterable[bytes]) -> None:
-    write_whole(path, lambda file: file.write(b"".join(line + b"\n" for line in lines)))
+def _joined(lines: Iterable[bytes]) -> bytes:
+    return b"".join(line + b"\n" for line in lines)
+
+
+def _read(path: Path) -> bytes:
+    with storing(path, "read"):
+        return path.read_bytes()
 
 
 def _lines(path: Path) -> list[bytes]:
     """Whole lines, without their ends."""
-    with storing(path, "read"):
-        data = path.read_bytes()
+    data = _read(path)
     return data[: data.rfind(b"\n") + 1].split(b"\n")[:-1]
 
 

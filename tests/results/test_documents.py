@@ -135,6 +135,17 @@ def test_cutting_leaves_what_was_saved_and_no_more(tmp_path):
     cut_rows(tmp_path / "absent.jsonl", [0, 0])
 
 
+@pytest.mark.parametrize("saved", [0, 1])
+def test_a_row_follows_no_half_written_one(tmp_path, saved):
+    file = tmp_path / "rows.jsonl"
+    append_rows(file, [row(generation, 0) for generation in range(saved)])
+    with file.open("ab") as raw:
+        raw.write(row_line(row(saved, 0))[:20])
+    cut_rows(file, [saved])
+    append_rows(file, [row(saved, 0)])
+    assert read_rows(file) == [row(generation, 0) for generation in range(saved + 1)]
+
+
 @pytest.mark.parametrize("lines", [[row(0, 0)], [row(1, 0)], [row(0, 0), row(0, 0), row(1, 0)]])
 def test_a_row_that_was_saved_and_is_not_there_is_named(tmp_path, lines):
     append_rows(tmp_path / "rows.jsonl", lines)
