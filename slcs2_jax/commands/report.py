@@ -1,55 +1,101 @@
-"""slcs2 report: what the runs below a folder come to, and what that says of the paper's claims."""
+"""slcs2 report: a page to look at, of a run or of all runs below a folder; of these also what they come to."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from slcs2_jax.commands.looked_at import look_into, told_apart
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.analysis.report import Report
+    from slcs2_jax.results import FinishedRun
 
 TAKES_SETTINGS = False
 HELP = """\
-slcs2 report FOLDER [generations=N] [out=DIR]: tables, figures and verdicts from the runs in a folder and below it
+slcs2 report RUN [option=value ...]: a run as one HTML page that needs no network, RUN/report.html
+slcs2 report FOLDER [option=value ...]: all runs in a folder and below it as such a page; and tables, figures and
+verdicts, in FOLDER/report
 
-  FOLDER            of an experiment, or any folder with run folders in it
-  generations=N     compare after N generations; without it, after as many as all runs of an experiment have
-  out=DIR           where the report goes; without it, FOLDER/report
-Writes report.md with everything, runs.csv (one row per run), a CSV for each table, tables.tex, figures as PNG and SVG,
-and verdicts.md and verdicts.json: each claim of the paper with what these runs say of it.
+The page has the course of every search; of the best instances also their rules and a replay, to play and to scrub.
+
+  replays=4         instances with rules and a replay: the best of each algorithm in each world first
+  deployment=0      which of the fresh deployments is replayed
+  out=PATH          where to: of a RUN a file .html, of a FOLDER a folder. An earlier report there is replaced
+  generations=N     of a FOLDER: compare after so many; without it, after as many as all runs of an experiment have
+Of a folder, report.md has everything; runs.csv has a row for each run; there are a CSV for each table, tables.tex,
+figures as PNG and SVG, and verdicts.md and verdicts.json: each claim of the paper with what these runs say of it.
 Only instances and generations that all arms have are compared; what is missing is listed.
 """
+_DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None}
 
 
 def run(arguments: list[str]) -> int:
     """Report on what the arguments name."""
-    folders = [argument for argument in arguments if "=" not in argument]
-    if len(folders) != 1 or folders[0].startswith("-"):
-        raise InputError(f"report: {len(folders)} folders; accepted is slcs2 report FOLDER [generations=N] [out=DIR]")
-    given = dict(argument.split("=", 1) for argument in arguments if "=" in argument)
-    for name in given:
-        if name not in ("generations", "out"):
-            raise refuse("setting", name, "one of generations, out")
-    generations = given.get("generations")
+    folders, options, others = told_apart(arguments, _DEFAULTS)
+    if len(folders) != 1:
+        raise InputError(f"report: {len(folders)} folders; accepted is slcs2 report FOLDER [option=value ...]")
+    if others:
+        raise refuse("setting", others[0].partition("=")[0], "one of " + ", ".join(_DEFAULTS))
+    generations = options["generations"]
     if generations is not None and not (generations.isdecimal() and int(generations) > 0):
         raise refuse("generations", generations, "a whole number >= 1")
-    report_on(folders[0], given.get("out"), None if generations is None else int(generations))
+    from slcs2_jax.results.run_config import CONFIG
+
+    folder = Path(folders[0])
+    if (folder / CONFIG).is_file():
+        _report_on_run(folder, options)
+        return 0
+    place = report_on(folders[0], options["out"], None if generations is None else int(generations))
+    from slcs2_jax.analysis.page_entries import runs_of_evolution
+
+    runs = runs_of_evolution(folder)
+    if runs:
+        from slcs2_jax.analysis.page import PAGE
+
+        _write_page(place / PAGE, f"Runs in {folder.resolve().name}", runs, options)
     return 0
 
 
-def report_on(folder: str, out: str | None = None, generations: int | None = None) -> None:
-    """Write the report and print where it is, what is missing, and the verdicts."""
+def _report_on_run(folder: Path, options: dict[str, Any]) -> None:
+    from slcs2_jax.analysis.page import PAGE, is_page
+
+    if options["generations"] is not None:
+        raise InputError("generations: not for a run; accepted is a folder of runs, or no such setting")
+    path = folder / PAGE if options["out"] is None else Path(options["out"])
+    if path.suffix != ".html" or not path.parent.is_dir():
+        raise refuse("out", str(path), "a file .html in a folder that exists")
+    if path.exists() and not (path.is_file() and is_page(path)):
+        raise InputError(f"out={path}: exists and is no page of a run; accepted is a new file, or an earlier page")
+    one = look_into(str(folder))
+    _write_page(path, f"Run {folder.resolve().name}", [one], options)
+
+
+def _write_page(path: Path, title: str, runs: list[FinishedRun], options: dict[str, Any]) -> None:
+    from slcs2_jax.analysis.page import write_page
+    from slcs2_jax.analysis.page_entries import entries
+    from slcs2_jax.results.progress import counting
+
+    with counting("replay: time-step") as count:
+        shown = entries(runs, replays=options["replays"], deployment=options["deployment"], after_chunk=count)
+        write_page(path, title, shown)
+    print(f"page {path}", flush=True)
+
+
+def report_on(folder: str, out: str | None = None, generations: int | None = None) -> Path:
+    """Write tables, figures and verdicts; print where they are, what is missing, and the verdicts. The folder."""
     try:
         from slcs2_jax.analysis.report import write_report
     except ImportError as error:
         raise InputError(
             f"report: {error.name} is not installed; accepted is an installation with slcs2_jax[analysis]"
         ) from None
-    print_report(write_report(folder, out, generations))
+    report = write_report(folder, out, generations)
+    print_report(report)
+    return report.folder
 
 
 def print_report(report: Report) -> None:
