@@ -34,11 +34,12 @@ COMMANDS: dict[str, Line] = {
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
     "experiment": Line("NAME [setting=value ...]", "an experiment of the paper or the calibration study; and a report"),
+    "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(
         "RUN [setting=value ...]", "an episode as an animation or a picture: who sent to whom, and what was lost"
     ),
     "rules": Line("RUN", "a solution's rules in words: what they learnt, how they acted, where they came from"),
-    "report": Line("FOLDER", "tables, figures, and verdicts on the claims of the paper, from the runs in a folder"),
+    "report": Line("FOLDER", "a page to look at; of many runs also tables, figures, verdicts on the paper's claims"),
 }
 
 

@@ -149,7 +149,9 @@ def test_any_value_of_any_setting_is_checked(changes, defaults):
     mapping = {key: dict(value) if isinstance(value, dict) else value for key, value in defaults.items()}
     for name, value in changes.items():
         section, _, last = name.rpartition(".")
-        (mapping.setdefault(section, {}) if section else mapping)[last] = value
+        inner = mapping.setdefault(section, {}) if section else mapping
+        if isinstance(inner, dict):  # else the section's name is that of a setting, and holds nothing
+            inner[last] = value
     try:
         made = settings_from(mapping)
     except InputError as error:
