@@ -59,8 +59,15 @@ def parse_object(data: bytes) -> dict[str, Any]:
     def refuse(name: str) -> None:
         raise ValueError(f"{name} is no finite number")
 
+    def once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        """Two rows run into one have every name twice, and a checksum that fits the second."""
+        found = dict(pairs)
+        if len(found) < len(pairs):
+            raise ValueError("a name is there twice")
+        return found
+
     try:
-        value = json.loads(data.decode("utf-8"), parse_constant=refuse)
+        value = json.loads(data.decode("utf-8"), parse_constant=refuse, object_pairs_hook=once_each)
     except (ValueError, RecursionError) as error:
         raise InputError(f"no JSON, or cut short: {show(str(error))}") from None
     if not isinstance(value, dict):

@@ -155,6 +155,13 @@ def test_a_row_that_was_saved_and_is_not_there_is_named(tmp_path, lines):
     assert (tmp_path / "rows.jsonl").read_bytes() == before
 
 
+def test_two_rows_run_into_one_are_no_row():
+    one, other = row_line(row(0, 0)), row_line(row(0, 1))
+    merged = one[: one.index(b'"generation"')] + other[1:-1]
+    with pytest.raises(InputError, match="a name is there twice"):
+        parse_row(merged)
+
+
 def test_every_flipped_bit_of_a_row_is_found():
     line = row_line(row(3, 1, contribution=[0.5, 2.0]))[:-1]
     for place in range(len(line)):
