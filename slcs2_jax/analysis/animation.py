@@ -14,13 +14,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from slcs2_jax.analysis.drawing import own_style
-from slcs2_jax.analysis.scene import Scene, extent, legend_handles, panels
+from slcs2_jax.analysis.scene import FATES, HOLDING, LINK, TRAIL, Scene, extent, legend_handles, panels
 from slcs2_jax.config import InputError
 from slcs2_jax.recording import Recording
 from slcs2_jax.results.files import write_whole
 
 SUFFIXES = (".gif", ".mp4")
-COLOURS = 64  # of a GIF's palette
+STRENGTHS = (0.07, 0.14, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)  # of each colour in a GIF's palette
 DPI = 100
 
 
@@ -110,16 +110,29 @@ def _pictures(
 
 
 def _write_gif(frames: Iterator[NDArray[np.uint8]], fps: int) -> bytes:
-    """All frames with the palette of a busy one, so that what does not change costs nothing."""
+    """All frames with one palette, so that what does not change costs nothing."""
     from PIL import Image
 
-    pictures = [Image.fromarray(frame) for frame in frames]
-    reference = pictures[len(pictures) // 2].quantize(COLOURS, method=Image.Quantize.MEDIANCUT)
-    reduced = [picture.quantize(palette=reference, dither=Image.Dither.NONE) for picture in pictures]
+    reference = Image.new("P", (1, 1))
+    reference.putpalette(_palette())
+    reduced = [Image.fromarray(frame).quantize(palette=reference, dither=Image.Dither.NONE) for frame in frames]
     buffer = io.BytesIO()
     durations = [round(1000 / fps)] * (len(reduced) - 1) + [2000]  # stay at the end for a while
     reduced[0].save(buffer, "GIF", save_all=True, append_images=reduced[1:], duration=durations, loop=0, optimize=False)
     return buffer.getvalue()
+
+
+def _palette() -> list[int]:
+    """Red, green and blue of greys, and of every colour of a scene in some strengths upon white."""
+    colours = [name for name, _, _ in FATES.values()] + [HOLDING, LINK, TRAIL]
+    found = np.repeat(np.linspace(0, 255, 32)[:, None], 3, axis=1).tolist()
+    for name in colours:
+        colour = np.array([int(name[at : at + 2], 16) for at in (1, 3, 5)])
+        tints = [255 - strength * (255 - colour) for strength in STRENGTHS]
+        found += [
+            tint for tint in tints if tint.min() < 240
+        ]  # what is paler would be taken for white, and white for it
+    return np.rint(found).astype(int).ravel().tolist()
 
 
 def _write_mp4(frames: Iterator[NDArray[np.uint8]], fps: int) -> bytes:
