@@ -125,7 +125,7 @@ BAD = [
     (["evolve", "generations=-5"], "generations=-5: accepted is a whole number from 1"),
     (["evolve", "generations=2.5"], "generations=2.5: accepted is a whole number from 1"),
     (["evolve", "swarm.agents=1"], "swarm.agents=1: accepted is a whole number from 2 to 64"),
-    (["evolve", "swarm.speed=-2"], "swarm.speed=-2: accepted is a finite number > 0"),
+    (["evolve", "swarm.speed=-2"], "swarm.speed=-2: accepted is a finite number from 0.0001 to 1000"),
     (["evolve", "radio.noise_dbm=nan"], "radio.noise_dbm=nan: accepted is a finite number"),
     (["evolve", "radio.noise_dbm=inf"], "radio.noise_dbm=inf: accepted is a finite number"),
     (["evolve", "radio=[1,2]"], "radio=[1,2]: accepted is one of default"),

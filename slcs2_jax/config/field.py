@@ -29,7 +29,7 @@ _FALSE = frozenset({"false", "off", "no"})
 class Doc:
     """What is said about a field, and what it accepts.
 
-    `low`/`high` are inclusive bounds unless `low_open`/`high_open`; `options` lists the accepted strings;
+    `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings;
     `name` is what a user types if it differs from section.field; `reason` says where the value comes from.
     """
 
@@ -39,7 +39,6 @@ class Doc:
     reason: str = ""
     low: float | None = None
     high: float | None = None
-    low_open: bool = False
     high_open: bool = False
     options: tuple[str, ...] = ()
     name: str | None = None
@@ -102,9 +101,9 @@ def accepted(field: Described) -> str:
 
 
 def _bounds(doc: Doc) -> str:
-    low = None if doc.low is None else f"{'>' if doc.low_open else '>='} {doc.low:.12g}"
+    low = None if doc.low is None else f">= {doc.low:.12g}"
     high = None if doc.high is None else f"{'<' if doc.high_open else '<='} {doc.high:.12g}"
-    if doc.low is not None and doc.high is not None and not doc.low_open and not doc.high_open:
+    if doc.low is not None and doc.high is not None and not doc.high_open:
         return f" from {doc.low:.12g} to {doc.high:.12g}"
     parts = [part for part in (low, high) if part]
     return " " + " and ".join(parts) if parts else ""
@@ -127,7 +126,7 @@ def check(field: Described, value: object) -> Any:
     if doc.options and converted not in doc.options:
         raise refuse(field.name, value, accepted(field))
     if field.kind in (int, float):
-        too_low = doc.low is not None and (converted <= doc.low if doc.low_open else converted < doc.low)
+        too_low = doc.low is not None and converted < doc.low
         too_high = doc.high is not None and (converted >= doc.high if doc.high_open else converted > doc.high)
         if too_low or too_high:
             raise refuse(field.name, value, accepted(field))

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from slcs2_jax.config.field import Section, refuse, setting, show
 
+LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 CALIBRATED = "first values that bring results to the paper's magnitude"
 
 # What environment= and range= of the command line stand for; conf/environment and conf/range say the same.
@@ -44,7 +45,7 @@ class World(Section):
     buildings: bool = setting(False, "are there buildings; set by environment", status="paper")
     jammer: bool = setting(False, "is there a jammer; set by environment", status="paper")
     distance: float = setting(
-        600.0, "distance from source to sink; set by range", unit="m", status="paper", low=0, low_open=True, high=1e6
+        600.0, "distance from source to sink; set by range", unit="m", status="paper", low=LEAST, high=1e6
     )
     time_limit: int = setting(
         20_000, "T, length of an episode; set by range", unit="steps", status="paper", low=1, high=10**7
@@ -63,8 +64,7 @@ class World(Section):
         "agents start in a disc of this radius around the source",
         unit="m",
         reason="close enough to hear the source",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e6,
     )
     building_spacing: float = setting(
@@ -72,20 +72,19 @@ class World(Section):
         "the number of buildings is uniform on 1..distance/spacing",
         unit="m",
         status="paper",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e6,
     )
     building_min: float = setting(
-        10.0, "smallest length and width of a building", unit="m", status="paper", low=0, low_open=True, high=1e4
+        10.0, "smallest length and width of a building", unit="m", status="paper", low=LEAST, high=1e4
     )
     building_max: float = setting(
-        30.0, "greatest length and width of a building", unit="m", status="paper", low=0, low_open=True, high=1e4
+        30.0, "greatest length and width of a building", unit="m", status="paper", low=LEAST, high=1e4
     )
     wall_probability: float = setting(
         0.5, "chance of each of a building's six walls to be present", status="paper", low=0, high=1
     )
-    wall_thickness: float = setting(1.0, "thickness of a wall", unit="m", status="paper", low=0, low_open=True, high=10)
+    wall_thickness: float = setting(1.0, "thickness of a wall", unit="m", status="paper", low=LEAST, high=10)
 
     @classmethod
     def preset(cls, environment: str = "open", range: str = "short") -> World:
@@ -130,7 +129,7 @@ class Radio(Section):
         -3.01, "half power relative to full power", unit="dB", reason="half in linear units", low=-100, high=0
     )
     reference_distance: float = setting(
-        1.0, "d0, reference distance of the path loss", unit="m", reason="usual choice", low=0, low_open=True, high=1e4
+        1.0, "d0, reference distance of the path loss", unit="m", reason="usual choice", low=LEAST, high=1e4
     )
     reference_loss_db: float = setting(
         40.05,
@@ -145,8 +144,7 @@ class Radio(Section):
         "gamma, path-loss exponent",
         status="calibrated",
         reason="ns-3's default is 3.0, UAV measurements give 2.0-3.0; " + CALIBRATED,
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=10,
     )
     shadowing_db: float = setting(
@@ -218,8 +216,7 @@ class Swarm(Section):
         unit="m/step",
         status="calibrated",
         reason=CALIBRATED,
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e3,
     )
     clearance: float = setting(
@@ -227,8 +224,7 @@ class Swarm(Section):
         "least distance kept from walls and other agents",
         unit="m",
         reason="about one step of motion",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e3,
     )
     lidar_range: float = setting(
@@ -236,8 +232,7 @@ class Swarm(Section):
         "how far an obstacle is seen",
         unit="m",
         reason="a small lidar; a few steps ahead",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e4,
     )
     sharing_period: int = setting(
@@ -253,8 +248,7 @@ class Swarm(Section):
         "d_th, the fixed distance that rules compare with",
         unit="m",
         reason="hardly matters",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e6,
     )
     tolerance: float = setting(

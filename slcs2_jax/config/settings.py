@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import Section, refuse, setting
-from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, World
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -52,8 +52,7 @@ class Search(Section):
         100.0,
         "explorations that cost a parent the whole share of kept rules",
         reason="one unit of the share",
-        low=0,
-        low_open=True,
+        low=LEAST,
         high=1e9,
     )
     ailta_rejections: int = setting(
