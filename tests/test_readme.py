@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import subprocess
@@ -71,6 +72,22 @@ def test_the_table_of_values_is_current():
     shown = re.search(r"^<!-- settings: .*?-->\n(.*?)^<!-- end of settings -->$", README, re.MULTILINE | re.DOTALL)
     assert shown is not None
     assert shown[1] == settings_markdown(), "print it again with the command above the table"
+
+
+def test_the_table_of_results_is_that_of_the_runs():
+    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", README, re.MULTILINE | re.DOTALL)
+    assert shown is not None
+    figures = {}
+    for experiment in ("contributions", "designed"):
+        with (ROOT / "docs" / "results" / "paper" / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["mean"])
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
+    assert len(rows) == 10
+    for world, *cells in rows:
+        for arm, cell in zip(("SLCS2", "no novelty (AILTA)", "no exchange", "designed"), cells, strict=True):
+            said = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
+            assert said == [round(number, 3) for number in figures[world, arm]][: len(said)], (world, arm)
 
 
 def test_links_within_the_repository_lead_somewhere():
