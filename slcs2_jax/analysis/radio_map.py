@@ -6,17 +6,23 @@ agents, at full power; a jammer is taken to emit, as it does while it hears anyb
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import jax
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from slcs2_jax.config.settings import Radio
 from slcs2_jax.recording import Recording
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.arena import stack, wall_capacity
+from slcs2_jax.world.geometry import Walls, count_crossings
+from slcs2_jax.world.radio import RadioParameters, received_power
 
 FIELDS = ("power", "sinr")
 MOST_PLACES = 6000  # of a map
 
 Floats = NDArray[np.float64]
+Place = tuple[float, float]
 
 
 def field(recording: Recording, name: str, moment: int, within: tuple[float, float, float, float]) -> Floats:
@@ -29,16 +35,15 @@ def field(recording: Recording, name: str, moment: int, within: tuple[float, flo
         within: left, right, bottom and top of the map, m.
     """
     x, y = grid(within)
-    radio, scenario = recording.settings.radio, recording.scenario
     nodes = [recording.place(moment, node) for node in range(recording.agents + 1)]
-    power = np.max([received_dbm(radio, scenario, place, x, y) for place in nodes], axis=0)
+    power = received(recording, nodes, x, y).max(axis=0)
     if name == "power":
-        return power
-    noise = _milliwatts(radio.noise_dbm)
-    if scenario.jammer is not None:
-        place = float(scenario.jammer[0]), float(scenario.jammer[1])
-        noise = noise + _milliwatts(received_dbm(radio, scenario, place, x, y))
-    return power - 10 * np.log10(noise)
+        return 10 * np.log10(power)
+    disturbance = np.full(x.shape, 10 ** (recording.settings.radio.noise_dbm / 10))
+    if recording.scenario.jammer is not None:
+        jammer = float(recording.scenario.jammer[0]), float(recording.scenario.jammer[1])
+        disturbance += received(recording, [jammer], x, y)[0]
+    return 10 * np.log10(power / disturbance)
 
 
 def grid(within: tuple[float, float, float, float]) -> tuple[Floats, Floats]:
@@ -51,29 +56,24 @@ def grid(within: tuple[float, float, float, float]) -> tuple[Floats, Floats]:
     return tuple(np.meshgrid(x, y))  # type: ignore[return-value]
 
 
-def received_dbm(radio: Radio, scenario: Scenario, sender: tuple[float, float], x: Floats, y: Floats) -> Floats:
-    """Mean power received from a sender at full power, dBm: P_t - PL(d) - walls * L_w."""
-    metres = np.maximum(np.hypot(x - sender[0], y - sender[1]), radio.reference_distance)
-    loss = radio.reference_loss_db + 10 * radio.path_loss_exponent * np.log10(metres / radio.reference_distance)
-    return radio.power_dbm - loss - radio.wall_loss_db * walls_between(scenario, sender, x, y)
+def received(recording: Recording, senders: Sequence[Place], x: Floats, y: Floats) -> Floats:
+    """Mean power received from each of some senders at full power: mW, float64 [senders, *shape of x]."""
+    one = recording.scenario
+    arena = stack([one], [recording.channels], capacity=wall_capacity([one]), width=max(recording.channels) + 1)
+    power = _received(
+        jnp.asarray(np.array(senders, np.float32)),
+        jnp.asarray(x.ravel().astype(np.float32)),
+        jnp.asarray(y.ravel().astype(np.float32)),
+        arena.walls,
+        RadioParameters.of(recording.settings.radio),
+    )
+    return np.asarray(power, np.float64).reshape(-1, *x.shape)
 
 
-def walls_between(scenario: Scenario, sender: tuple[float, float], x: Floats, y: Floats) -> NDArray[np.int64]:
-    """How many walls stand between a sender and each place: int64, the shape of `x`."""
-    upright = _crossed(sender[0], sender[1], x, y, scenario.vertical)
-    return upright + _crossed(sender[1], sender[0], y, x, scenario.horizontal)
-
-
-def _crossed(x1: float, y1: float, x2: Floats, y2: Floats, lines: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Crossings with vertical walls (at, low, high); with horizontal ones if x and y are exchanged."""
-    count = np.zeros(x2.shape, np.int64)
-    run = x2 - x1
-    slope = np.divide(y2 - y1, run, out=np.zeros_like(run), where=run != 0)
-    for at, low, high in lines.tolist():
-        height = y1 + (at - x1) * slope
-        count += ((x1 < at) != (x2 < at)) & (height >= low) & (height <= high)
-    return count
-
-
-def _milliwatts(dbm: Floats | float) -> Floats:
-    return np.asarray(10 ** (np.asarray(dbm, np.float64) / 10))
+@jax.jit
+def _received(senders: jax.Array, x: jax.Array, y: jax.Array, walls: Walls, radio: RadioParameters) -> jax.Array:
+    """The simulator's own formulas: float32 [K, 2], [N], [N] -> [K, N]."""
+    x1, x2 = jnp.broadcast_arrays(senders[:, :1], x)
+    y1, y2 = jnp.broadcast_arrays(senders[:, 1:], y)
+    crossed = count_crossings(x1, y1, x2, y2, walls)
+    return received_power((x2 - x1) ** 2 + (y2 - y1) ** 2, crossed, jnp.zeros_like(crossed), radio)
