@@ -68,7 +68,7 @@ def test_the_limit_of_a_container_counts(monkeypatch, tmp_path):
     [
         {"compute": Compute(slots=10**6)},
         {"instances": 10**5},
-        {"world": dataclasses.replace(World.preset("urban"), building_spacing=1e-6)},
+        {"world": dataclasses.replace(World.preset("urban"), building_spacing=1e-4)},
     ],
 )
 def test_what_cannot_fit_is_refused_before_anything_is_made(values, tmp_path):
