@@ -41,7 +41,7 @@ def test_importing_starts_neither_jax_nor_hydra():
 
 
 def test_only_what_computes_starts_jax():
-    quick = sorted(set(slcs2.__all__) - {"deploy", "evaluate", "evolve"})
+    quick = sorted(set(slcs2.__all__) - {"deploy", "evaluate", "evolve", "replay"})
     code = f"import slcs2_jax, sys; [getattr(slcs2_jax, name) for name in {quick}]; print('jax' in sys.modules)"
     assert python(code) == "False\n"
 

@@ -187,8 +187,9 @@ def evaluate(
     """Deploy a saved solution in the scenarios of ``settings.instances`` seeds.
 
     Raises:
-        InputError: a setting is impossible.
+        InputError: a setting is impossible, or does not fit the solution.
     """
+    solution.check_fits(settings)
     rules = settings.rules
     grammar = parse_grammar(
         solution.grammar_text,

@@ -11,7 +11,7 @@ import numpy as np
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
-from slcs2_jax.config.arguments import whole
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse, show
 from slcs2_jax.control import designed
 from slcs2_jax.control.behaviour import Behaviour
@@ -119,9 +119,11 @@ def replay(
         after_chunk: told now and then how many steps were computed.
 
     Raises:
-        InputError: a setting is impossible.
+        InputError: an argument of another kind, or an impossible setting.
     """
-    settings = settings or solution.settings
+    of_kind("solution", solution, SavedSolution)
+    settings = of_kind("settings", settings, Settings) if settings is not None else solution.settings
+    solution.check_fits(settings)
     rules = settings.rules
     grammar = parse_grammar(
         solution.grammar_text,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import path_of
+from slcs2_jax.config.field import refuse
 from slcs2_jax.grammar import RuleSets, rule_from_mask
 from slcs2_jax.grammar.vocabulary import MASK_WORDS
 from slcs2_jax.results.archive import check_arrays, read_archive, write_archive
@@ -103,6 +104,13 @@ class SavedSolution:
     def agents(self) -> int:
         """n, number of agents."""
         return self.rules.action.shape[0]
+
+    def check_fits(self, settings: Settings) -> None:
+        """Raise InputError unless these settings are for as many agents with as many rules as it has."""
+        sizes = ("swarm.agents", settings.swarm.agents), ("rules.rules", settings.rules.rules)
+        for (name, value), own in zip(sizes, self.rules.action.shape, strict=True):
+            if value != own:
+                raise refuse(name, value, f"{own}, as the solution has it")
 
     def save(self, path: Path) -> None:
         """Write the file whole or not at all. Raises StorageError."""

@@ -66,3 +66,15 @@ def test_elsewhere_and_by_hand(finished):
     [summary] = driver.evaluate_behaviour(settings, behaviour, deployments=2).scenarios
     first = replay_behaviour(behaviour, best.settings, seed=5)
     assert (found.fitness + first.fitness) / 2 == pytest.approx(summary.fitness, abs=1e-12)
+
+
+def test_a_replay_of_something_else_is_refused(finished):
+    best = read_run(finished).best(0)
+    more = dataclasses.replace(best.settings, swarm=dataclasses.replace(best.settings.swarm, agents=4))
+    fewer = dataclasses.replace(best.settings, rules=dataclasses.replace(best.settings.rules, rules=11))
+    for settings, says in ((more, "swarm.agents=4: accepted is 3"), (fewer, "rules.rules=11: accepted is 12")):
+        for refused in (replay, lambda solution, settings: driver.evaluate(settings, solution)):
+            with pytest.raises(InputError, match=says):
+                refused(best, settings)
+    with pytest.raises(InputError, match="solution=str: accepted is a SavedSolution"):
+        replay("best")
