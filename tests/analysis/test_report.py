@@ -99,8 +99,8 @@ def test_the_command(runs, tmp_path, capsys):
     [
         ([], "0 folders; accepted is slcs2 report FOLDER"),
         (["a", "b"], "2 folders"),
-        (["--all"], "accepted is slcs2 report FOLDER"),
-        (["runs", "generation=3"], "setting=generation: accepted is one of generations, out"),
+        (["--all"], "option=--all: accepted is --help, or option=value"),
+        (["runs", "generation=3"], "setting=generation: accepted is one of replays, deployment, out, generations"),
         (["runs", "generations=0"], "generations=0: accepted is a whole number >= 1"),
         (["nowhere"], "folder=nowhere: no such folder"),
     ],
