@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from slcs2_jax.analysis.rulebook import rule_lines
 from slcs2_jax.config.table import settings_markdown
+from slcs2_jax.results import load_solution
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -88,6 +90,17 @@ def test_the_table_of_results_is_that_of_the_runs():
         for arm, cell in zip(("SLCS2", "no novelty (AILTA)", "no exchange", "designed"), cells, strict=True):
             said = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
             assert said == [round(number, 3) for number in figures[world, arm]][: len(said)], (world, arm)
+
+
+def test_the_rules_in_words_are_those_of_the_solution_that_is_there():
+    solution = load_solution(ROOT / "docs" / "results" / "paper" / "winner_long_urban_seed_003.npz")
+    [block] = [block for kind, block in BLOCKS if kind == "text" and "most often" in block]
+    shown = re.findall(r"^ *([\d.]+) +([\d.]+) +([\d.]+) +(\d+) +\d+ +\d+  (.*)  \[(.*)\]$", block, re.MULTILINE)
+    lines = [line for line in rule_lines(solution) if line.agent == 3]
+    assert len(shown) == 2
+    for said, line in zip(shown, lines, strict=False):
+        figures = f"{line.quality:.2f}", f"{line.strength:.4f}", f"{line.error:.2f}", str(line.usage)
+        assert said == (*figures, line.rule, line.origin)
 
 
 def test_links_within_the_repository_lead_somewhere():
