@@ -129,9 +129,7 @@ def _palette() -> list[int]:
     for name in colours:
         colour = np.array([int(name[at : at + 2], 16) for at in (1, 3, 5)])
         tints = [255 - strength * (255 - colour) for strength in STRENGTHS]
-        found += [
-            tint for tint in tints if tint.min() < 240
-        ]  # what is paler would be taken for white, and white for it
+        found += [tint for tint in tints if tint.min() < 240]  # paler ones and white would be taken for each other
     return np.rint(found).astype(int).ravel().tolist()
 
 

@@ -18,7 +18,7 @@ from slcs2_jax.recording import Recording
 from slcs2_jax.results import FinishedRun, SavedSolution
 
 MOST_ROWS = 2000  # generations of an instance that are drawn
-_COLUMNS = ("generation", "fitness", "best", "size", "novelty", "accepted", "deployments", "delivered", "steps")
+_COLUMNS = ("generation", "fitness", "best", "size", "novelty", "accepted")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""An episode packed for the page: thinned to some hundred frames, in bytes that a browser can read.
+"""An episode packed for the page: thinned to some thousand frames, in bytes that a browser can read.
 
 Layout: uint32 length of the header, the header (JSON), then the sections that it lists, one after the other; all little
 endian, and the whole compressed by zlib. F frames, n agents, P transmissions. A frame shows a moment, with what went
@@ -8,7 +8,7 @@ over the air in the steps since the frame before it. Sections:
     before starts[f + 1]; x, y int16 [n, F], in units of `unit` m, as differences from frame to frame modulo 2^16;
     holding uint8 [n, F]; rule int16 [n, F] and action uint8 [n, F] of the step that led to the moment, -1 and 255 for
     none; jammed int8 [F], channel (its number) that the jammer emitted on then, -1 for none; heard uint8 [F, bytes],
-    bits [n + 2 node, n agent] of that step, the lowest first; sender, receiver, fate uint8 [P]; attempts uint16 [P].
+    bits [n + 2 node, n agent] of that step, the lowest first; sender, receiver, fate uint8 [P].
 """
 
 from __future__ import annotations
@@ -104,20 +104,17 @@ def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint8]:
 
 def _transmissions(recording: Recording, moments: NDArray[np.int32]) -> dict[str, NDArray[Any]]:
     """Every pair of nodes that attempted anything since the frame before, with the most telling fate."""
-    found: list[tuple[int, int, int, int]] = []
+    found: list[tuple[int, int, int]] = []
     starts = [0, 0]  # nothing came before the first frame
     for start, stop in zip(moments[:-1].tolist(), moments[1:].tolist(), strict=True):
-        counts = traffic(recording, start, stop)
-        for sender, receiver, fate in telling(counts):
-            found.append((sender, receiver, int(fate), int(counts[sender, receiver].sum())))
+        found += telling(traffic(recording, start, stop))
         starts.append(len(found))
-    columns = np.array(found, np.int64).reshape(-1, 4).T
+    columns = np.array(found, np.uint8).reshape(-1, 3).T
     return {
         "starts": np.array(starts, np.int32),
-        "sender": columns[0].astype(np.uint8),
-        "receiver": columns[1].astype(np.uint8),
-        "fate": columns[2].astype(np.uint8),
-        "attempts": np.minimum(columns[3], 2**16 - 1).astype(np.uint16),
+        "sender": columns[0],
+        "receiver": columns[1],
+        "fate": columns[2],
     }
 
 

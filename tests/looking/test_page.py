@@ -74,7 +74,6 @@ def test_a_replay_holds_the_episode(recorded, frames, monkeypatch):
         counts = traffic(one, moments[frame - 1], moments[frame])
         for at in range(starts[frame], starts[frame + 1]):
             own = counts[found["sender"][at], found["receiver"][at]]
-            assert found["attempts"][at] == own.sum()
             assert own[found["fate"][at]] > 0
         assert starts[frame + 1] - starts[frame] == counts.any(axis=2).sum()
 

@@ -10,6 +10,7 @@ import shutil
 
 import numpy as np
 import pytest
+from playwright import sync_api as playwright
 
 from slcs2_jax.analysis.page import write_page
 from slcs2_jax.analysis.page_entries import entries
@@ -18,7 +19,6 @@ from slcs2_jax.results import read_run
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 if CHROMIUM is None and os.environ.get("SLCS2_BROWSER") != "required":
     pytest.skip("needs Chromium", allow_module_level=True)
-playwright = pytest.importorskip("playwright.sync_api")
 
 FLAGS = [
     "--no-sandbox",

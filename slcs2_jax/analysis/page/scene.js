@@ -10,7 +10,7 @@ const FATES = {
 };
 const MARGIN = 15; // m around everything
 const TRAIL_STEPS = 300; // time-steps of each agent's path that are drawn
-const ARRAYS = { int32: Int32Array, int16: Int16Array, uint16: Uint16Array, int8: Int8Array, uint8: Uint8Array };
+const ARRAYS = { int32: Int32Array, int16: Int16Array, int8: Int8Array, uint8: Uint8Array };
 
 /** The bytes of a replay as its header with an array for each of the sections. */
 function unpackReplay(buffer) {
