@@ -64,7 +64,7 @@ def page(title: str, shown: Iterable[Shown]) -> str:
             }
         )
     index = block(_json({"title": title, "runs": facts, "entries": entries}))
-    files = resources.files("slcs2_jax.analysis") / "page"
+    files = resources.files("slcs2_jax.analysis") / "page_assets"
     parts = {
         "MARK": MARK,
         "TITLE": html.escape(title),
