@@ -64,15 +64,7 @@ def evolve(
         Stopped: SIGINT or SIGTERM came; everything is saved.
     """
     report = report or Quiet()
-    summaries: dict[int, RunSummary] = {}
-    widths: dict[int, int | None] = {}
-    for place, one in enumerate(settings):
-        summary = ended(one)
-        if summary is not None:
-            summaries[place] = summary
-        else:
-            found = None if one.run_dir is None else check_usable(one)
-            widths[place] = None if found is None else found.record["width"]
+    summaries, widths = _found(settings)
     members: dict[int, Instances] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:
         batches = _batches(settings, widths)
@@ -97,6 +89,20 @@ def evolve(
         assert member.summary is not None
         summaries[place] = member.summary
     return [summaries[place] for place in range(len(settings))]
+
+
+def _found(settings: Sequence[Settings]) -> tuple[dict[int, RunSummary], dict[int, int | None]]:
+    """What the folders hold: summaries of runs that have ended, and of each other its slots per device if it began."""
+    summaries: dict[int, RunSummary] = {}
+    widths: dict[int, int | None] = {}
+    for place, one in enumerate(settings):
+        summary = ended(one)
+        if summary is not None:
+            summaries[place] = summary
+        else:
+            found = None if one.run_dir is None else check_usable(one)
+            widths[place] = None if found is None else found.record["width"]
+    return summaries, widths
 
 
 def _batches(settings: Sequence[Settings], widths: Mapping[int, int | None]) -> list[tuple[int, list[int]]]:
