@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
 import re
 import shutil
@@ -57,6 +58,7 @@ def test_a_replay_holds_the_episode(recorded, frames, monkeypatch):
     assert (moments[0], moments[-1]) == (0, one.steps)
     assert count == len(moments) == (min(one.steps + 1, frames) if frames > 12 else count)
     assert count <= frames
+    assert found["unit"] == page_replay.FINEST
     for name in ("x", "y"):
         places = np.cumsum(found[name].reshape(n, count), axis=1, dtype=np.int16) * found["unit"]
         np.testing.assert_allclose(places, getattr(one, name)[moments].T, atol=found["unit"] / 2 + 1e-4)
@@ -94,6 +96,10 @@ def test_the_lineage_leads_from_the_winner_to_the_first(finished):
     assert chain[-1]["generation"] == 0
     assert all(one["kept"] + one["copied"] + one["fresh"] == 3 * 12 for one in chain)
     assert chain[-1]["kept"] == 0
+    rows = [row for row in run.rows if row["instance"] == 0][:3]
+    parents = [{**row, "parent": parent, "best_generation": 2} for row, parent in zip(rows, (-1, 0, 0), strict=True)]
+    other = dataclasses.replace(run, rows=tuple(parents))
+    assert [one["generation"] for one in lineage(Shown(run=other, instance=0))] == [2, 0]
 
 
 def test_the_rules_stand_as_the_solution_has_them(finished, episode):

@@ -106,6 +106,8 @@ def test_it_works_from_the_keyboard(page):
 def test_pointing_at_an_agent_tells_its_rule(page, episode):
     page.locator("input[type=range]").evaluate("e => { e.value = e.max; e.dispatchEvent(new Event('input')); }")
     agent = 2
+    place = page.evaluate(f"nodePlace(player.replay, {agent}, player.frame)")
+    assert place == pytest.approx([episode.x[-1, agent], episode.y[-1, agent]], abs=0.06)
     x, y = page.evaluate(f"player.scene.point(nodePlace(player.replay, {agent}, player.frame))")
     page.locator("canvas").hover(position={"x": x, "y": y})
     watched = int(page.evaluate("player.watched"))

@@ -26,6 +26,11 @@ def colour(name: str) -> np.ndarray:
     return np.array([int(name[at : at + 2], 16) for at in (1, 3, 5)])
 
 
+def frame(gif: Image.Image, number: int) -> np.ndarray:
+    gif.seek(number)
+    return np.array(gif.convert("RGB"))
+
+
 def pixels_near(picture: np.ndarray, name: str) -> int:
     return int((np.abs(picture.astype(int) - colour(name)).max(axis=2) < 40).sum())
 
@@ -38,10 +43,7 @@ def test_a_run_becomes_an_animation(finished, tmp_path, capsys):
     with Image.open(tmp_path / "replay.gif") as gif:
         assert gif.n_frames == 5
         assert gif.size[0] == 900
-        frames = []
-        for number in range(5):
-            gif.seek(number)
-            frames.append(np.array(gif.convert("RGB")))
+        frames = [frame(gif, number) for number in range(5)]
     assert all((one != other).any() for one, other in itertools.pairwise(frames))
 
 
@@ -84,9 +86,9 @@ def test_losses_have_their_own_colours(jammed_episode, tmp_path):
         fates = {sent.fate for sent in one.transmissions(step)}
         animation.animate([one], ["x"], tmp_path / "x.gif", start=step, end=step + 1, every=1, fps=5)
         with Image.open(tmp_path / "x.gif") as gif:
-            gif.seek(1)
-            drawn = np.array(gif.convert("RGB"))[:-60]  # without the legend
-        assert pixels_near(drawn, FATES[fate][0]) > 10, (fate, fates)
+            before, after = (frame(gif, number) for number in (0, 1))
+        more = pixels_near(after, FATES[fate][0]) - pixels_near(before, FATES[fate][0])  # the legend has it, too
+        assert more > 10, (fate, fates)
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
