@@ -219,6 +219,12 @@ def test_the_calibration_study_adds_only_what_is_missing(driver, tmp_path, capsy
     assert "misfit" in capsys.readouterr().out
     assert cli.main([*command, "calibration.only=[radio.noise_dbm]", "calibration.samples=2"]) == 0
     assert len(driver.calls) == 6 + 2
+    candidate = "calibration.candidates=[{swarm.packets: 150, swarm.speed: 4}]"
+    assert cli.main([*command, "calibration.only=[]", "calibration.samples=0", candidate]) == 0
+    assert len(driver.calls) == 8 + 1
+    assert {(one.swarm.packets, one.swarm.speed) for one in driver.calls[-1]} == {(150, 4.0)}
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "root/calibration/calibration.csv").read_text())))
+    assert [row["settings"] for row in rows] == ["defaults", "swarm.packets=150, swarm.speed=4"]
 
 
 @pytest.mark.parametrize(
@@ -228,6 +234,9 @@ def test_the_calibration_study_adds_only_what_is_missing(driver, tmp_path, capsy
         ("calibration.only=[radio.noise]", "calibration.only=.*: accepted is null or a list of settings"),
         ("calibration.deployments=0", "calibration.deployments=0: accepted is a whole number >= 1"),
         ("calibration.levels={swarm.agents:[1]}", "calibration: swarm.agents=1: .*accepted is a whole number from 2"),
+        ("calibration.candidates=[3]", "calibration.candidates=.*: accepted is a list of mappings of settings"),
+        ("calibration.candidates=[{swarm.sped: 4}]", "swarm.sped: no such setting"),
+        ("calibration.candidates=[{swarm.speed: -4}]", "swarm.speed=-4: accepted is a finite number"),
         ("calibration.joint={swarm.agent:[1,2]}", "swarm.agent: no such setting"),
     ],
 )

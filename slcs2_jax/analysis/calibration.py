@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from slcs2_jax.config import InputError
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS
 from slcs2_jax.config.schema import accepted_paths, settings_fields, unknown_setting
+from slcs2_jax.results.rows import append_rows, drop_torn_end, read_rows
 
 Values = tuple[tuple[str, float], ...]
 
@@ -27,7 +27,7 @@ Values = tuple[tuple[str, float], ...]
 class Point:
     """Settings that are tried together; none for the defaults.
 
-    `kind` is default, level (one setting elsewhere) or joint (all of the joint search).
+    `kind` is default, level (one setting elsewhere), candidate (asked for as it stands) or joint (of the joint search).
     """
 
     kind: str
@@ -68,17 +68,24 @@ class Fit:
     misfit_evolved: float | None
 
 
-def points(levels: Mapping[str, Sequence[float]], joint: Mapping[str, Sequence[float]], samples: int) -> list[Point]:
-    """The defaults, every level of every setting alone, and a Sobol sequence between the joint settings' bounds.
+def points(
+    levels: Mapping[str, Sequence[float]],
+    joint: Mapping[str, Sequence[float]],
+    samples: int,
+    candidates: Sequence[Mapping[str, float]] = (),
+) -> list[Point]:
+    """The defaults, every level of every setting alone, the candidates, and a Sobol sequence between the joint
+    settings' bounds.
 
     Raises:
         InputError: no such setting, not two bounds, or samples that are neither 0 nor a power of two.
     """
-    for name in (*levels, *joint):
+    for name in (*levels, *joint, *(name for candidate in candidates for name in candidate)):
         if name not in accepted_paths():
             raise unknown_setting(name)
     found = [Point("default", ())]
     found += [Point("level", ((name, value),)) for name, values in levels.items() for value in values]
+    found += [Point("candidate", tuple(candidate.items())) for candidate in candidates]
     return found + (_joint(joint, samples) if samples and joint else [])
 
 
@@ -112,25 +119,21 @@ class Notebook:
         """The estimates of a cell made with these sizes and settings. Raises InputError for a damaged file."""
         file = self._file(cell)
         found: dict[Values, Estimate] = {}
-        if not file.exists():
-            return found
-        text = file.read_text(encoding="utf-8")
-        for number, line in enumerate(text[: text.rfind("\n") + 1].splitlines(), start=1):
-            try:
-                row = json.loads(line)
+        try:
+            for row in read_rows(file) if file.exists() else ():
                 if row["sizes"] == dict(sizes):
                     values = tuple((str(name), value) for name, value in row["values"])
                     found[values] = Estimate(designed=float(row["designed"]), evolved=float(row["evolved"]))
-            except (ValueError, KeyError, TypeError) as error:
-                raise InputError(f"{file}: line {number} is damaged ({error}); delete that line") from None
+        except (InputError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{file}: {error}; delete that line") from None
         return found
 
     def add(self, cell: Cell, point: Point, estimate: Estimate, sizes: Mapping[str, Any]) -> None:
-        """Note an estimate."""
+        """Note an estimate. Raises StorageError."""
         row = {"values": point.values, "designed": estimate.designed, "evolved": estimate.evolved, "sizes": dict(sizes)}
         self.folder.mkdir(parents=True, exist_ok=True)
-        with self._file(cell).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row, allow_nan=False) + "\n")
+        drop_torn_end(self._file(cell))
+        append_rows(self._file(cell), [row])
 
     def _file(self, cell: Cell) -> Path:
         return self.folder / f"{cell.name}.jsonl"
@@ -177,7 +180,7 @@ def _rms(values: Sequence[float]) -> float | None:
 
 
 def fits_table(found: Sequence[Fit]) -> Table:
-    """Every point, the defaults first, then the levels, then the joint search from the best fit on."""
+    """Every point: the defaults, the levels, the candidates, then the joint search from the best fit on."""
     cells = [cell for cell in CELLS if found and cell in found[0].estimates]
     header: tuple[str, ...] = (
         "tried",
@@ -189,7 +192,7 @@ def fits_table(found: Sequence[Fit]) -> Table:
         "mean evolved",
     )
     header += tuple(f"{kind} {cell.title}" for kind in ("designed", "evolved") for cell in cells)
-    order = ["default", "level", "joint"]
+    order = ["default", "level", "candidate", "joint"]
 
     def place(fit: Fit) -> tuple[int, float]:
         joint = fit.point.kind == "joint" and fit.misfit is not None

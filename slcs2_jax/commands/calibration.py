@@ -35,13 +35,19 @@ def tried(config: Mapping[str, Any], node: Mapping[str, Any]) -> list[Point]:
         value, least = node[name], 0 if name == "samples" else 1
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise refuse(f"calibration.{name}", value, f"a whole number >= {least}")
-    found = points(levels, joint, node["samples"])
+    found = points(levels, joint, node["samples"], _candidates(node["candidates"]))
     for point in found:
         try:
             settings_with(config, dict(point.values))
         except InputError as error:
             raise InputError(f"calibration: {point.name}: {error}") from None
     return found
+
+
+def _candidates(given: Any) -> list[dict[str, Any]]:
+    if not isinstance(given, list) or not all(isinstance(one, dict) and one for one in given):
+        raise refuse("calibration.candidates", given, "a list of mappings of settings, [{swarm.speed: 4}]")
+    return given
 
 
 def calibrate(cells: Sequence[Split]) -> None:

@@ -1,7 +1,8 @@
-"""generations.jsonl: one line per instance and generation, each with a checksum of its own (`crc`).
+"""Files of rows, one to a line, each with a checksum of its own (`crc`).
 
-While a run goes on its lines stand as they came, which depends on what shared the batch. A run that ended has them in
-order of generation and instance, so that equal runs have equal bytes.
+generations.jsonl has a row for each instance and generation. While a run goes on they stand as they came, which
+depends on what shared the batch. A run that ended has them in order of generation and instance, so that equal runs
+have equal bytes.
 """
 
 from __future__ import annotations
@@ -47,6 +48,14 @@ def read_rows(path: Path) -> list[dict[str, Any]]:
         except InputError as error:
             raise InputError(f"line {number}: {error}") from None
     return rows
+
+
+def drop_torn_end(path: Path) -> None:
+    """Leave whole lines, so that the next row does not follow a half one. Raises StorageError."""
+    if path.exists():
+        whole = _joined(_lines(path))
+        if _read(path) != whole:
+            write_whole(path, lambda file: file.write(whole))
 
 
 def cut_rows(path: Path, generations: Sequence[int]) -> None:

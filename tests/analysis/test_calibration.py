@@ -34,6 +34,14 @@ def test_the_defaults_each_level_alone_and_the_joint_search():
     assert len(points(LEVELS, JOINT, 0)) == 4
 
 
+def test_candidates_are_tried_as_they_stand():
+    found = points({}, {}, 0, [{"swarm.speed": 4.0, "swarm.packets": 150}])
+    assert [(point.kind, point.name) for point in found] == [
+        ("default", "defaults"),
+        ("candidate", "swarm.speed=4, swarm.packets=150"),
+    ]
+
+
 def test_points_are_settings():
     for point in points(LEVELS, JOINT, 8):
         settings = settings_with({}, dict(point.values))
@@ -72,9 +80,18 @@ def test_the_notebook_remembers_by_cell_point_and_sizes(tmp_path):
     with file.open("a") as more:
         more.write('{"values": [')  # cut short: the process was killed
     assert len(notebook.read(cell, sizes)) == 2
-    file.write_text(file.read_text() + "\n")
-    with pytest.raises(InputError, match=r"open_short\.jsonl: line 3 is damaged"):
-        notebook.read(cell, sizes)
+    notebook.add(cell, tried[1], estimate, sizes)
+    assert len(notebook.read(cell, sizes)) == 3
+
+
+def test_a_damaged_notebook_is_refused_by_line(tmp_path):
+    notebook = Notebook(tmp_path)
+    for point in points(LEVELS, {}, 0)[:2]:
+        notebook.add(CELLS[0], point, Estimate(designed=0.5, evolved=0.25), {"instances": 2})
+    file = tmp_path / "open_short.jsonl"
+    file.write_text(file.read_text().replace("-97.0", "-98.0"))
+    with pytest.raises(InputError, match=r"open_short\.jsonl: line 2: its checksum does not fit.*delete that line"):
+        notebook.read(CELLS[0], {"instances": 2})
 
 
 def test_the_misfit_of_the_papers_own_figures_is_none():
