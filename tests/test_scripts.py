@@ -78,11 +78,36 @@ def test_every_solution_of_random_search_is_new_and_random(folders):
 def test_a_folder_without_summary_is_refused(folders, tmp_path):
     unfinished = tmp_path / "unfinished"
     unfinished.mkdir()
-    (unfinished / "config.yaml").write_text((folders[0] / "config.yaml").read_text())
+    for name in ("config.yaml", "grammar.bnf"):
+        (unfinished / name).write_text((folders[0] / name).read_text())
     done = run("random_search", unfinished, tmp_path / "out")
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
     assert "is not finished" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_runs_of_an_experiment_have_counterparts_of_their_own(folders, tmp_path):
+    settings = read_run(folders[0]).settings
+    apart = [
+        dataclasses.replace(settings, instances=1, seed=seed, run_dir=str(tmp_path / "evolved" / f"seed_{seed:03d}"))
+        for seed in (0, 1)
+    ]
+    driver.evolve(apart)
+    done = run("random_search", tmp_path / "evolved", tmp_path / "random")
+    assert done.returncode == 0, done.stderr
+    together = {row["seed"]: row["best"] for row in read_run(folders[1]).rows}
+    for one in apart:
+        found = read_run(str(tmp_path / "random" / f"seed_{one.seed:03d}"))
+        assert found.settings.seed == one.seed
+        assert {row["seed"]: row["best"] for row in found.rows} == {one.seed: together[one.seed]}
+
+
+def test_worlds_of_equal_seed_are_not_mixed():
+    one = SimpleNamespace(path="run", summary={"instances": [{"seed": 3, "evaluations": 5}]})
+    module = script("random_search")
+    assert module.budgets_of([one]) == {3: 5}
+    with pytest.raises(module.InputError, match="seed 3 is there twice"):
+        module.budgets_of([one, one])
 
 
 def test_the_curve_rises_when_a_solutions_last_deployment_is_done():
@@ -93,11 +118,18 @@ def test_the_curve_rises_when_a_solutions_last_deployment_is_done():
         ]
 
     shorter = SimpleNamespace(path="run", rows=rows(0, (2, -0.5), (1, -0.5), (3, 0.3)) + rows(1, (1, -1), (4, 0.0)))
-    curves = script("plot_curves").curves(shorter)
+    curves = script("plot_curves").curves([shorter])
     np.testing.assert_array_equal(curves, [[-0.5, -0.5, -0.5, -0.5, -0.5], [-1, -1, -1, -1, 0.0]])
     longer = SimpleNamespace(path="run", rows=[*shorter.rows, *rows(1, (1, -1), (4, 0.0), (2, 0.5))[2:]])
-    curves = script("plot_curves").curves(longer)
+    curves = script("plot_curves").curves([longer])
     np.testing.assert_array_equal(curves, [[-0.5] * 5 + [0.3], [-1, -1, -1, -1, 0.0, 0.0]])
+    alone = [
+        SimpleNamespace(path=f"run {number}", rows=[row for row in longer.rows if row["instance"] == number])
+        for number in range(2)
+    ]
+    for one in alone:  # as an experiment leaves them: an instance for each run
+        one.rows = [{**row, "instance": 0} for row in reversed(one.rows)]
+    np.testing.assert_array_equal(script("plot_curves").curves(alone), curves)
 
 
 def test_the_interval_is_students():
@@ -125,4 +157,4 @@ def test_one_instance_is_too_few_for_an_interval():
     finished = SimpleNamespace(path="run", rows=[{"instance": 0, "generation": 0, "deployments": 1, "best": 0.0}])
     module = script("plot_curves")
     with pytest.raises(module.InputError, match=r"1 instance\(s\)"):
-        module.curves(finished)
+        module.curves([finished])
