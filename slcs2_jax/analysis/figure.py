@@ -104,38 +104,53 @@ def _draw_curves(panel: Any, study: Study, cell: Cell) -> None:
 
 
 def calibration_figure(fits: Sequence[Fit]) -> Figure:
-    """How far each level of each setting, alone, takes the misfit and the means from those of the defaults."""
-    levels: dict[str, list[tuple[float, Fit]]] = {}
+    """How far each level of each setting, alone, takes the misfit and the means from those of the defaults; below
+    them, without labels, the points of the joint search."""
+    rows: dict[str, list[tuple[str, Fit]]] = {}
     for fit in fits:
         if fit.point.kind == "level":
             [(setting, value)] = fit.point.values
-            levels.setdefault(setting, []).append((value, fit))
+            rows.setdefault(setting, []).append((f"{value:g}", fit))
+    joint = [("", fit) for fit in fits if fit.point.kind == "joint"]
+    if joint:
+        rows["joint search"] = joint
     default = next((fit for fit in fits if fit.point.kind == "default"), None)
-    figure = Figure(figsize=(7.5, 1.2 + 0.28 * len(levels)), layout="constrained")
+    figure = Figure(figsize=(7.5, 1.2 + 0.28 * len(rows)), layout="constrained")
     panels = figure.subplots(1, len(_MEASURES), sharey=True)
+    colour, marker, _ = _STYLES[0]
     for panel, (title, measure) in zip(panels, _MEASURES, strict=True):
         if default is not None:
             panel.axvline(measure(default), color="#999999", linewidth=0.8, label="defaults")
-        for row, own in enumerate(levels.values()):
-            places = [(measure(fit), value) for value, fit in own]
-            colour, marker, _ = _STYLES[0]
+        every = [measure(fit) for own in rows.values() for _, fit in own]
+        for row, own in enumerate(rows.values()):
+            places = [(measure(fit), name) for name, fit in own]
             panel.plot([x for x, _ in places], [row] * len(places), marker, color=colour, markersize=3)
-            for x, value in places:
-                panel.annotate(
-                    f"{value:g}", (x, row), xytext=(0, 3), textcoords="offset points", fontsize=5, ha="center"
-                )
+            for x, text in _apart(places, least=_LABEL_ROOM * (max(every) - min(every))):
+                panel.annotate(text, (x, row), xytext=(0, 3), textcoords="offset points", fontsize=5, ha="center")
         panel.set_xlabel(title)
         panel.grid(axis="y", color="#dddddd", linewidth=0.5)
-    panels[0].set_yticks(range(len(levels)), list(levels))
-    panels[0].set_ylim(len(levels) - 0.5, -0.7)
+    panels[0].set_yticks(range(len(rows)), list(rows))
+    panels[0].set_ylim(len(rows) - 0.5, -0.7)
     _legend(figure, panels[:1])
     return figure
+
+
+def _apart(places: Sequence[tuple[float, str]], *, least: float) -> list[tuple[float, str]]:
+    """Labels by place from left to right; those nearer to the one before than `least` become one with it."""
+    groups: list[list[tuple[float, str]]] = []
+    for place in sorted((x, name) for x, name in places if name and not math.isnan(x)):
+        if groups and place[0] - groups[-1][-1][0] < least:
+            groups[-1].append(place)
+        else:
+            groups.append([place])
+    return [(_mean(x for x, _ in group), ", ".join(name for _, name in group)) for group in groups]
 
 
 def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values)))
 
 
+_LABEL_ROOM = 0.07  # of a panel's width, for a label of two or three digits
 _MEASURES: tuple[tuple[str, Callable[[Fit], float]], ...] = (
     ("misfit (fitness, RMS)", lambda fit: math.nan if fit.misfit is None else fit.misfit),
     ("designed, mean fitness", lambda fit: _mean(one.designed for one in fit.estimates.values())),

@@ -88,3 +88,16 @@ def test_calibration_shows_every_level(tmp_path):
     assert [label.get_text() for label in drawn.axes[0].get_yticklabels()] == ["radio.noise_dbm", "swarm.agents"]
     assert [text.get_text() for text in drawn.axes[1].texts] == ["-97", "-91", "8"]
     assert all(panel.get_xlabel() for panel in drawn.axes)
+
+
+def test_calibration_joins_labels_that_would_overlap_and_shows_the_joint_search():
+    tried = points({"swarm.agents": [8, 10, 16]}, {"swarm.speed": [1.0, 3.0]}, 2)
+    designed = dict(zip([point.values for point in tried], [0.0, 0.5, 0.3, 0.51, 1.0, -1.0], strict=True))
+    estimates = {
+        cell: {values: Estimate(designed=value, evolved=0.0) for values, value in designed.items()} for cell in CELLS
+    }
+    drawn = figure.calibration_figure(fits(tried, estimates))
+    assert [label.get_text() for label in drawn.axes[0].get_yticklabels()] == ["swarm.agents", "joint search"]
+    assert [text.get_text() for text in drawn.axes[1].texts] == ["10", "8, 16"]
+    assert drawn.axes[1].texts[1].xy == (pytest.approx(0.505), 0)
+    assert sorted(drawn.axes[1].lines[-1].get_xdata()) == [-1.0, 1.0]
