@@ -150,7 +150,7 @@ def _mean(values: Iterable[float]) -> float:
     return float(np.mean(list(values)))
 
 
-_LABEL_ROOM = 0.07  # of a panel's width, for a label of two or three digits
+_LABEL_ROOM = 0.08  # of a panel's width, for a label of two or three digits
 _MEASURES: tuple[tuple[str, Callable[[Fit], float]], ...] = (
     ("misfit (fitness, RMS)", lambda fit: math.nan if fit.misfit is None else fit.misfit),
     ("designed, mean fitness", lambda fit: _mean(one.designed for one in fit.estimates.values())),
