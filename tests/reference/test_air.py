@@ -65,11 +65,11 @@ def test_actions_are_read_as_the_vocabulary_writes_them(params, channel, power):
 def test_collect_send_and_deliver(calm, make):
     case = make.place([(50, 0), (90, 0)], sink=(150, 0), params=calm)
     assert communicate(case, [collect(), NO_ACTION]) == [(2, 0)]
-    assert case.state.depot.tolist() == [299, 0]
+    assert case.state.depot.tolist() == [calm.packets - 1, 0]
     assert communicate(case, [send(SI), NO_ACTION]) == [(0, 1)]
     np.testing.assert_array_equal(case.state.history, [[False, False], [True, True]])
     assert communicate(case, [NO_ACTION, send(SINK)]) == [(1, 3)]
-    assert case.state.depot.tolist() == [299, 1]
+    assert case.state.depot.tolist() == [calm.packets - 1, 1]
     assert case.state.contribution.tolist() == [1, 1]
     assert not case.state.history.any()
 
@@ -77,7 +77,7 @@ def test_collect_send_and_deliver(calm, make):
 def test_a_packet_given_back_loses_its_history(calm, make):
     case = make.place([(50, 0), (90, 0)], params=calm, holding=[0])
     assert communicate(case, [send(SOURCE), NO_ACTION]) == [(0, 2)]
-    assert case.state.depot.tolist() == [300, 0]
+    assert case.state.depot.tolist() == [calm.packets, 0]
     assert not case.state.history.any()
 
 
@@ -143,7 +143,7 @@ def test_the_sink_takes_one_packet_per_channel(calm, make):
     start = [(590, 0), (580, 0), (540, 0)]
     case = make.place(start, params=calm, holding=[0, 1, 2])
     assert communicate(case, [send(SINK, 0), send(SINK, 1), send(SINK, 1)]) == [(0, 4), (1, 4)]
-    assert case.state.depot.tolist() == [297, 2]
+    assert case.state.depot.tolist() == [calm.packets - 3, 2]
     eager = calm._replace(sinr=1e-9, log_sinr=-20.0)  # everything is decoded: still one per channel
     case = make.place(start, params=eager, holding=[0, 1, 2])
     assert communicate(case, [send(SINK, 0), send(SINK, 1), send(SINK, 1)]) == [(0, 4), (1, 4)]
@@ -152,7 +152,7 @@ def test_the_sink_takes_one_packet_per_channel(calm, make):
 def test_an_agent_takes_one_packet_over_all_channels(calm, make):
     case = make.place([(50, 0), (60, 0), (49, 0)], params=calm, holding=[1])
     assert communicate(case, [collect(0), send(SO, 1), NO_ACTION]) == [(1, 0)]
-    assert case.state.depot[0] == 299  # the source's signal was decoded, but weaker: it keeps the packet
+    assert case.state.depot[0] == calm.packets - 1  # the source's signal was decoded, but weaker: it keeps the packet
     assert case.state.interference[0].tolist() == pytest.approx([calm.noise + gain(50), calm.noise, calm.noise])
 
 
@@ -170,7 +170,7 @@ def test_the_source_serves_one_asker_per_channel_at_random(calm, make):
 
 def test_the_source_transmits_no_more_packets_than_wait(calm, make):
     case = make.place([(30, 0), (35, 0)], params=calm)
-    case.state.depot[:] = 1, 299
+    case.state.depot[:] = 1, calm.packets - 1
     assert communicate(case, [collect(1), collect(0)]) == [(2, 1)]  # channel 1 comes before channel 6
     case.state.holding[:] = False
     assert communicate(case, [collect(1), collect(0)]) == []
