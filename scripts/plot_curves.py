@@ -24,7 +24,10 @@ MOST_COLUMNS = 4
 
 def runs_of(folder: str) -> list[FinishedRun]:
     """All runs in a folder, and below it."""
-    return [read_run(str(one.run_dir)) for one in runs_below(folder)[0]]
+    found = [read_run(str(one.run_dir)) for one in runs_below(folder)[0]]
+    if not found:
+        raise InputError(f"run={folder}: holds no evolution; accepted is the folder of a run or of several")
+    return found
 
 
 def rows_of(runs: Sequence[FinishedRun]) -> dict[tuple[str, int], list[dict]]:

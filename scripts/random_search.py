@@ -72,6 +72,8 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="folder to make")
     arguments = parser.parse_args()
     evolved = [read_run(str(one.run_dir)) for one in runs_below(arguments.runs)[0]]
+    if not evolved:
+        raise InputError(f"runs={arguments.runs}: holds no evolution; accepted is the folder of a run or of several")
     budgets = budgets_of(evolved)
     settings = [
         dataclasses.replace(run.settings, run_dir=str(arguments.out / Path(run.path).relative_to(arguments.runs)))
