@@ -208,23 +208,24 @@ def test_the_calibration_study_adds_only_what_is_missing(driver, tmp_path, capsy
     command = ["experiment", "calibration", "instances=1", "calibration.deployments=2", "run_dir=root"]
     levels = "calibration.only=[radio.noise_dbm,swarm.packets]"
     assert cli.main([*command, levels, "calibration.samples=0"]) == 0
-    assert len(driver.calls) == 1 + 2 + 3  # defaults and levels, each over all cells at once
+    assert len(driver.calls) == 1 + 2 + 4  # defaults and levels, each over all cells at once
     assert {len(call) for call in driver.calls} == {8}
     assert {one.seed for call in driver.calls for one in call} == {1_000_000}  # of no other experiment
     rows = list(csv.DictReader(io.StringIO((tmp_path / "root/calibration/calibration.csv").read_text())))
-    assert [row["settings"] for row in rows][:3] == ["defaults", "radio.noise_dbm=-97", "radio.noise_dbm=-91"]
+    packets = [f"swarm.packets={value}" for value in (75, 150, 600, 1000)]  # 300 are the defaults again
+    assert [row["settings"] for row in rows] == ["defaults", "radio.noise_dbm=-97", "radio.noise_dbm=-91", *packets]
     assert float(rows[1]["designed short open"]) == pytest.approx((-0.097 + -0.087) / 2)
     assert float(rows[0]["evolved long urban"]) == pytest.approx(0.3)
     assert (tmp_path / "root/calibration/calibration.svg").exists()
     assert "misfit" in capsys.readouterr().out
     assert cli.main([*command, "calibration.only=[radio.noise_dbm]", "calibration.samples=2"]) == 0
-    assert len(driver.calls) == 6 + 2
-    candidate = "calibration.candidates=[{swarm.packets: 150, swarm.speed: 4}]"
+    assert len(driver.calls) == 7 + 2
+    candidate = "calibration.candidates=[{swarm.packets: 100, swarm.speed: 4}]"
     assert cli.main([*command, "calibration.only=[]", "calibration.samples=0", candidate]) == 0
-    assert len(driver.calls) == 8 + 1
-    assert {(one.swarm.packets, one.swarm.speed) for one in driver.calls[-1]} == {(150, 4.0)}
+    assert len(driver.calls) == 9 + 1
+    assert {(one.swarm.packets, one.swarm.speed) for one in driver.calls[-1]} == {(100, 4.0)}
     rows = list(csv.DictReader(io.StringIO((tmp_path / "root/calibration/calibration.csv").read_text())))
-    assert [row["settings"] for row in rows] == ["defaults", "swarm.packets=150, swarm.speed=4"]
+    assert [row["settings"] for row in rows] == ["defaults", "swarm.packets=100, swarm.speed=4"]
 
 
 @pytest.mark.parametrize(

@@ -35,12 +35,14 @@ def tried(config: Mapping[str, Any], node: Mapping[str, Any]) -> list[Point]:
         value, least = node[name], 0 if name == "samples" else 1
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise refuse(f"calibration.{name}", value, f"a whole number >= {least}")
-    found = points(levels, joint, node["samples"], _candidates(node["candidates"]))
-    for point in found:
+    own, found = settings_with(config, {}), []
+    for point in points(levels, joint, node["samples"], _candidates(node["candidates"])):
         try:
-            settings_with(config, dict(point.values))
+            settings = settings_with(config, dict(point.values))
         except InputError as error:
             raise InputError(f"calibration: {point.name}: {error}") from None
+        if point.kind != "level" or settings != own:  # else it is the defaults again
+            found.append(point)
     return found
 
 

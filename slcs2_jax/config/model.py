@@ -247,7 +247,7 @@ class Swarm(Section):
         50.0,
         "d_th, the fixed distance that rules compare with",
         unit="m",
-        reason="hardly matters",
+        reason="about a third of the network range",
         low=LEAST,
         high=1e6,
     )
