@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from omegaconf import OmegaConf
 
+from slcs2_jax import __version__
 from slcs2_jax.analysis.rulebook import rule_lines
 from slcs2_jax.config.table import settings_markdown
 from slcs2_jax.results import load_solution
@@ -109,6 +111,12 @@ def test_links_within_the_repository_lead_somewhere():
     headings = re.findall(r"^#+ (.*)$", README, re.MULTILINE)
     anchors = {"#" + re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
     assert [target for target in targets if target not in anchors and not (ROOT / target).exists()] == []
+
+
+def test_the_citation_is_of_this_version():
+    said = OmegaConf.load(ROOT / "CITATION.cff")
+    assert (said.version, said.license) == (__version__, "MIT")
+    assert "1910.12412" in said.references[0].url
 
 
 def test_scripts_that_are_named_exist():
