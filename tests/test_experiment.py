@@ -212,10 +212,10 @@ def test_the_calibration_study_adds_only_what_is_missing(driver, tmp_path, capsy
     assert {len(call) for call in driver.calls} == {8}
     assert {one.seed for call in driver.calls for one in call} == {1_000_000}  # of no other experiment
     rows = list(csv.DictReader(io.StringIO((tmp_path / "root/calibration/calibration.csv").read_text())))
-    packets = [f"swarm.packets={value}" for value in (75, 150, 600, 1000)]  # 300 are the defaults again
+    packets = [f"swarm.packets={value}" for value in (75, 300, 600, 1000)]  # 150 are the defaults again
     assert [row["settings"] for row in rows] == ["defaults", "radio.noise_dbm=-97", "radio.noise_dbm=-91", *packets]
     assert float(rows[1]["designed short open"]) == pytest.approx((-0.097 + -0.087) / 2)
-    assert float(rows[0]["evolved long urban"]) == pytest.approx(0.3)
+    assert float(rows[0]["evolved long urban"]) == pytest.approx(0.15)
     assert (tmp_path / "root/calibration/calibration.svg").exists()
     assert "misfit" in capsys.readouterr().out
     assert cli.main([*command, "calibration.only=[radio.noise_dbm]", "calibration.samples=2"]) == 0

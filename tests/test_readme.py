@@ -98,7 +98,7 @@ def test_the_rules_in_words_are_those_of_the_solution_that_is_there():
     solution = load_solution(ROOT / "docs" / "results" / "paper" / "winner_long_urban_seed_003.npz")
     [block] = [block for kind, block in BLOCKS if kind == "text" and "most often" in block]
     shown = re.findall(r"^ *([\d.]+) +([\d.]+) +([\d.]+) +(\d+) +\d+ +\d+  (.*)  \[(.*)\]$", block, re.MULTILINE)
-    lines = [line for line in rule_lines(solution) if line.agent == 3]
+    lines = [line for line in rule_lines(solution) if line.agent == 7]
     assert len(shown) == 2
     for said, line in zip(shown, lines, strict=False):
         figures = f"{line.quality:.2f}", f"{line.strength:.4f}", f"{line.error:.2f}", str(line.usage)

@@ -208,7 +208,12 @@ class Swarm(Section):
 
     agents: int = setting(12, "number of agents", status="calibrated", reason=CALIBRATED, low=2, high=64)
     packets: int = setting(
-        300, "p, packets waiting at the source", status="calibrated", reason=CALIBRATED, low=1, high=10**6
+        150,
+        "p, packets waiting at the source",
+        status="calibrated",
+        reason="of the values tried the one that fits the paper's figures best",
+        low=1,
+        high=10**6,
     )
     speed: float = setting(
         2.0,

@@ -26,7 +26,7 @@ def message(make) -> str:
 def test_defaults_are_the_specifications():
     settings = Settings()
     assert settings.radio.network_range == pytest.approx(163.12, abs=0.01)
-    assert (settings.swarm.agents, settings.swarm.packets, settings.swarm.speed) == (12, 300, 2.0)
+    assert (settings.swarm.agents, settings.swarm.packets, settings.swarm.speed) == (12, 150, 2.0)
     assert (settings.world.distance, settings.world.time_limit) == (600.0, 20_000)
     assert (settings.learning.beta_q, settings.learning.bp_max) == (0.71, 20)
     assert (settings.rules.rules, settings.rules.codons, settings.search.generations) == (100, 40, 500)
