@@ -211,7 +211,7 @@ class Swarm(Section):
         150,
         "p, packets waiting at the source",
         status="calibrated",
-        reason="of the values tried the one that fits the paper's figures best",
+        reason="of the values tried in fresh worlds the one that fits the paper's figures best",
         low=1,
         high=10**6,
     )
