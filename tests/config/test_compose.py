@@ -1,10 +1,13 @@
 """conf/ through Hydra: what it composes, its sweeps, and its errors in one line."""
 
+import re
+
 import pytest
 from omegaconf import OmegaConf
 
 from slcs2_jax.config import InputError, Settings, World, settings_from
 from slcs2_jax.config.compose import conf_dir, run_hydra
+from slcs2_jax.config.table import settings_table
 
 
 @pytest.fixture(autouse=True)
@@ -46,6 +49,21 @@ def test_every_value_has_a_comment():
         for before, line in zip(["", *lines], lines, strict=False):
             if line and line[0] not in "#- " and line != "defaults:":
                 assert before.startswith("#"), f"{file.name}: {line}"
+
+
+@pytest.mark.parametrize("group", ["learning", "radio", "rules", "search", "swarm", "world"])
+def test_the_comments_say_what_the_settings_say(group):
+    """Above each setting of a group's file: # help (unit) [status: reason]."""
+    text = (conf_dir() / group / "default.yaml").read_text()
+    found = dict((key, comment) for comment, key in re.findall(r"^# (.*)\n(\w+): ", text, re.MULTILINE))
+    rows = {row.name.removeprefix(f"{group}."): row for row in settings_table() if row.name.startswith(f"{group}.")}
+    assert found
+    assert found.keys() <= rows.keys()
+    for key, comment in found.items():
+        row = rows[key]
+        unit, reason = f" ({row.unit})" if row.unit else "", f": {row.reason}" if row.reason else ""
+        status = "" if row.status == "run" else f" [{row.status}{reason}]"  # a run's own needs no reason
+        assert comment == f"{row.help}{unit}{status}", key
 
 
 def test_overrides():
