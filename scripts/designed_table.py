@@ -15,14 +15,14 @@ import time
 from pathlib import Path
 
 from slcs2_jax import runtime
-from slcs2_jax.analysis.arm import CELLS
-from slcs2_jax.analysis.paper import tuning
 from slcs2_jax.config import InputError, Settings, World
-from slcs2_jax.control.behaviour import Behaviour, load_behaviour
-from slcs2_jax.evolution.evaluation import Deployment
+from slcs2_jax.policy.decision_text import Behaviour, load_behaviour
 from slcs2_jax.results import Progress
 from slcs2_jax.results.files import write_text
 from slcs2_jax.results.run_config import versions
+from slcs2_jax.search.evaluation import Deployment
+from slcs2_jax.study.arm import CELLS
+from slcs2_jax.study.paper import tuning
 
 DESIGN = {"seed": 900_001, "instances": 3, "deployments": 10}  # on which it was tuned; no experiment uses them
 FRESH = {"seed": 0, "instances": 30, "deployments": 1}
@@ -47,7 +47,7 @@ def main() -> None:
 
 def deploy(behaviour: Behaviour, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
     """Every cell's episodes."""
-    from slcs2_jax.evolution.deployed import deploy_behaviour
+    from slcs2_jax.running.deployed import deploy_behaviour
 
     worlds = [World.preset(cell.environment, cell.range) for cell in CELLS]
     settings = [Settings(world=world, seed=seed, instances=instances) for world in worlds]

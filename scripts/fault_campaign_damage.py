@@ -54,7 +54,7 @@ class _Stop(Quiet):
 
 def damage(count: int, folder: Path, *, seed: int = 0) -> Figures:
     """So many damaged files of an unfinished run that then goes on, of a finished one that is read and extended."""
-    from slcs2_jax.evolution import driver
+    from slcs2_jax.running import driver
 
     chance, figures = random.Random(seed), Figures()
     finished, longer, begun = (folder / name for name in ("finished", "longer", "begun"))
@@ -138,7 +138,7 @@ def _solution(one: object) -> list[object]:
 
 
 def _resume(folder: Path, generations: int) -> None:
-    from slcs2_jax.evolution import driver
+    from slcs2_jax.running import driver
 
     found, _ = runs_below(folder)
     driver.evolve([replace(one, search=replace(one.search, generations=generations)) for one in found])

@@ -20,9 +20,9 @@ import numpy as np
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError
-from slcs2_jax.evolution import Evaluation, HistoryRow, Search, Solution, initial_solution
 from slcs2_jax.results import FinishedRun, Progress, read_run
 from slcs2_jax.results.sweep import runs_below
+from slcs2_jax.search import Evaluation, HistoryRow, Search, Solution, initial_solution
 
 
 class RandomSearch(Search):
@@ -80,7 +80,7 @@ def main() -> None:
         for run in evolved
     ]
     runtime.configure(settings[0].compute)
-    from slcs2_jax.evolution import driver  # starts JAX
+    from slcs2_jax.search import driver  # starts JAX
 
     with Progress(max(budgets.values()), label="solution") as report:
         driver.evolve(settings, report=report, search=partial(RandomSearch, budgets=budgets))

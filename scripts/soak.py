@@ -104,7 +104,7 @@ def drift(samples: list[dict[str, float]], name: str) -> dict[str, float]:
 
 def soak(settings: Settings, minutes: float, warm_up: float, every: float) -> dict[str, Any]:
     """Evolve for so long and sum up."""
-    from slcs2_jax.evolution import driver
+    from slcs2_jax.running import driver
 
     sampler, wrong, runs = Sampler(every), [], 0
     while time.monotonic() - sampler.start < 60 * minutes:

@@ -26,7 +26,7 @@ _HOMES = {
     ),
     "slcs2_jax.grammar": ("RuleSets", "load_grammar", "random_rule_sets"),
     "slcs2_jax.world.scenario": ("Scenario", "make_scenario"),
-    "slcs2_jax.evolution.shown": ("replay",),
+    "slcs2_jax.looking.solutions": ("replay",),
     "slcs2_jax.results": ("Progress", "SavedSolution", "load_solution", "read_run"),
     "slcs2_jax.api": ("deploy", "evaluate", "evolve"),
 }

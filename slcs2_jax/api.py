@@ -10,13 +10,13 @@ import numpy as np
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
-from slcs2_jax.evolution import driver
-from slcs2_jax.evolution.crews import make_crews
-from slcs2_jax.evolution.evaluation import Deployment
-from slcs2_jax.evolution.schedule import play
-from slcs2_jax.evolution.tasks import Measurement, Site
 from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, make_rule
 from slcs2_jax.results import EvaluationSummary, Report, RunSummary, SavedSolution
+from slcs2_jax.running import driver
+from slcs2_jax.running.batches import make_batches
+from slcs2_jax.running.instance import Measurement, Site
+from slcs2_jax.running.schedule import play
+from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.world.scenario import Scenario
 
 MOST_DEPLOYMENTS = 10**6
@@ -51,7 +51,7 @@ def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deploymen
     _check(settings, scenario, rules, grammar)
     runtime.configure(settings.compute)
     task = Measurement(Site(scenario, grammar.channels_used, settings.swarm.packets), rules, deployments)
-    play(make_crews(settings, [grammar], [task]), lambda: None)
+    play(make_batches(settings, [grammar], [task]), lambda: None)
     return task.deployments
 
 

@@ -15,10 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.config.settings import Settings
-from slcs2_jax.control import classifier, strength
-from slcs2_jax.control.classifier import Rules
-from slcs2_jax.control.controller import Controller
-from slcs2_jax.control.learning import LearningParameters
+from slcs2_jax.policy import classifier, strength
+from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy.learning import LearningParameters
+from slcs2_jax.policy.protocol import Controller
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm import step as world
 from slcs2_jax.swarm.links import Links

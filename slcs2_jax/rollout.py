@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from slcs2_jax import episode as episodes
 from slcs2_jax.config.errors import InputError
-from slcs2_jax.control.classifier import Rules
 from slcs2_jax.episode import Episode, Parameters
+from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.world.arena import Arena, stack
 from slcs2_jax.world.scenario import Scenario
 

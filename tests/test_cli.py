@@ -27,7 +27,7 @@ class Driver(types.ModuleType):
     """Stands in for evolution/driver.py: keeps what it was called with."""
 
     def __init__(self) -> None:
-        super().__init__("slcs2_jax.evolution.driver")
+        super().__init__("slcs2_jax.running.driver")
         self.evolved: list[list[Settings]] = []
         self.evaluated: list[tuple[Settings, SavedSolution, int]] = []
 

@@ -17,9 +17,9 @@ import pytest
 
 from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings, World
-from slcs2_jax.control.classifier import Rules
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
+from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.reference import compiled
 from slcs2_jax.reference.inputs import make_params, make_rules, make_world
 from slcs2_jax.reference.memory import set_history

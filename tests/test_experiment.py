@@ -9,10 +9,10 @@ import types
 import pytest
 
 from slcs2_jax import cli, runtime
-from slcs2_jax.analysis.experiment import experiments, plan, reported_experiments, run_folder, settings_with
 from slcs2_jax.commands import experiment
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, read_run
+from slcs2_jax.study.experiment import experiments, plan, reported_experiments, run_folder, settings_with
 
 TINY = ("world.time_limit=200", "swarm.agents=2", "rules.rules=5", "search.fresh_deployments=1")
 
@@ -21,7 +21,7 @@ class Driver(types.ModuleType):
     """Stands in for evolution/driver.py: ends every run at once and keeps what it was called with."""
 
     def __init__(self) -> None:
-        super().__init__("slcs2_jax.evolution.driver")
+        super().__init__("slcs2_jax.running.driver")
         self.calls: list[list[Settings]] = []
         self.deployed: list[list[Settings]] = []
 
@@ -71,7 +71,7 @@ def driver(monkeypatch, tmp_path):
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
     monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
-    deployed = types.ModuleType("slcs2_jax.evolution.deployed")
+    deployed = types.ModuleType("slcs2_jax.running.deployed")
     deployed.deploy_behaviour = stub.deploy_behaviour  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
@@ -183,7 +183,7 @@ def test_the_designed_behaviour_is_deployed_once_in_the_same_worlds(driver, tmp_
 
 
 def test_a_behaviour_that_has_changed_is_not_mixed_with_what_it_was(driver, silent, tmp_path, monkeypatch, capsys):
-    from slcs2_jax.control import behaviour
+    from slcs2_jax.policy import decision_text as behaviour
 
     tiny = ["environment=open", "range=short", "generations=1", "run_dir=root", "arm=designed"]
     assert cli.main(["experiment", "designed", "instances=1", *tiny]) == 0

@@ -13,8 +13,8 @@ import pytest
 from omegaconf import OmegaConf
 
 from slcs2_jax import __version__
-from slcs2_jax.analysis.rulebook import rule_lines
 from slcs2_jax.config.table import settings_markdown
+from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import load_solution
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -127,7 +127,7 @@ def test_scripts_that_are_named_exist():
 def test_every_field_of_a_row_is_explained():
     from dataclasses import fields
 
-    from slcs2_jax.evolution import HistoryRow
+    from slcs2_jax.search import HistoryRow
 
     table = README[README.index("Fields of a row") :]
     for field in ("instance", "seed", *(field.name for field in fields(HistoryRow))):

@@ -10,9 +10,9 @@ import pytest
 
 from slcs2_jax.config import InputError, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.episode import Parameters
-from slcs2_jax.evolution import deployment_key
 from slcs2_jax.grammar import Grammar, load_grammar, random_rule_sets
 from slcs2_jax.rollout import LANES, Done, Job, Rollout, Shape
+from slcs2_jax.search import deployment_key
 from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.scenario import Scenario, make_scenario
 

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Compute, Rules, Search, Settings, Swarm, World
-from slcs2_jax.evolution import driver
 from slcs2_jax.results import read_run
+from slcs2_jax.running import driver
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 INSTANCES = 2

@@ -38,7 +38,7 @@ def finish(settings: Sequence[Settings], *, as_begun: bool = False) -> list[RunS
     from slcs2_jax import runtime
 
     runtime.configure(_compute(going))
-    from slcs2_jax.evolution import driver
+    from slcs2_jax.running import driver
 
     with Progress(max(run.search.generations for run in going)) as report:
         summaries: list[RunSummary] = driver.evolve(settings, report=report, as_begun=as_begun)

@@ -11,9 +11,9 @@ from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
-    from slcs2_jax.analysis.arm import Cell
-    from slcs2_jax.analysis.calibration import Estimate, Point
     from slcs2_jax.config import Settings
+    from slcs2_jax.study.arm import Cell
+    from slcs2_jax.study.calibration import Estimate, Point
 
 FOLDER = "calibration"  # below run_dir
 BEHAVIOUR = "designed"
@@ -23,8 +23,8 @@ Split = tuple[dict[str, Any], dict[str, Any]]  # a cell's settings, and what is 
 
 def tried(config: Mapping[str, Any], node: Mapping[str, Any]) -> list[Point]:
     """The points of the study; raises InputError if one of them is impossible."""
-    from slcs2_jax.analysis.calibration import points
-    from slcs2_jax.analysis.experiment import settings_with
+    from slcs2_jax.study.calibration import points
+    from slcs2_jax.study.experiment import settings_with
 
     levels, joint, only = dict(node["levels"]), dict(node["joint"]), node["only"]
     if only is not None:
@@ -54,9 +54,9 @@ def _candidates(given: Any) -> list[dict[str, Any]]:
 
 def calibrate(cells: Sequence[Split]) -> None:
     """Estimate every point in these cells, and note each as soon as it is there."""
-    from slcs2_jax.analysis.calibration import Notebook
-    from slcs2_jax.analysis.experiment import settings_with
     from slcs2_jax.results import Progress
+    from slcs2_jax.study.calibration import Notebook
+    from slcs2_jax.study.experiment import settings_with
 
     notebook = Notebook(_folder(cells[0]))
     going = list(_missing(notebook, cells))
@@ -75,8 +75,8 @@ def calibrate(cells: Sequence[Split]) -> None:
 
 def conclude(root: str, cells: Sequence[Split]) -> None:
     """Write the table and the figure of all that has been estimated."""
-    from slcs2_jax.analysis.calibration import Notebook, fits, fits_table
     from slcs2_jax.results.files import write_text
+    from slcs2_jax.study.calibration import Notebook, fits, fits_table
 
     notebook = Notebook(_folder(cells[0]))
     known = {_cell_of(split): notebook.read(_cell_of(split), _sizes(split)) for split in cells}
@@ -87,7 +87,8 @@ def conclude(root: str, cells: Sequence[Split]) -> None:
     write_text(place / "calibration.csv", table.csv())
     write_text(place / "calibration.md", "# Calibration study\n\n" + table.markdown())
     try:
-        from slcs2_jax.analysis import drawing, figure
+        from slcs2_jax.looking import drawing
+        from slcs2_jax.study import figure
     except ImportError:
         print("no figure: it needs matplotlib, the extra plot")
     else:
@@ -110,10 +111,10 @@ def _missing(notebook: Any, cells: Sequence[Split]) -> list[tuple[Point, list[Sp
 
 
 def _estimates(runs: Sequence[Settings], own: Mapping[str, Any]) -> list[Estimate]:
-    from slcs2_jax.analysis.calibration import Estimate
-    from slcs2_jax.control.behaviour import load_behaviour
-    from slcs2_jax.evolution import driver
-    from slcs2_jax.evolution.deployed import deploy_behaviour
+    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.running import driver
+    from slcs2_jax.running.deployed import deploy_behaviour
+    from slcs2_jax.study.calibration import Estimate
 
     count = own["calibration"]["deployments"]
     designed = deploy_behaviour(runs, load_behaviour(BEHAVIOUR), deployments=count)
@@ -146,13 +147,13 @@ def _sizes(split: Split) -> dict[str, Any]:
 
 
 def _cell_of(split: Split) -> Cell:
-    from slcs2_jax.analysis.experiment import settings_with
+    from slcs2_jax.study.experiment import settings_with
 
     return _cell(settings_with(split[0], {}))
 
 
 def _cell(settings: Settings) -> Cell:
-    from slcs2_jax.analysis.arm import cell_of
+    from slcs2_jax.study.arm import cell_of
 
     return cell_of(settings)
 

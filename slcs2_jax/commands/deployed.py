@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 from slcs2_jax.config.errors import InputError
 
 if TYPE_CHECKING:
-    from slcs2_jax.analysis.experiment import Planned
+    from slcs2_jax.study.experiment import Planned
 
 BEHAVIOUR = "behaviour"  # in the record: its text
 
 
 def check_deployable(planned: Planned) -> bool:
     """Is the run there already? Raises InputError if its folder holds another, or there is no such behaviour."""
-    from slcs2_jax.analysis.collect import CONTROLLER
-    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.policy.decision_text import load_behaviour
     from slcs2_jax.results.reading import read_summary
     from slcs2_jax.results.run_config import CONFIG, check_same, read_config
     from slcs2_jax.results.run_folder import check_free
+    from slcs2_jax.study.collect import CONTROLLER
 
     behaviour = load_behaviour(str(planned.controller))
     folder = Path(str(planned.settings.run_dir))
@@ -49,16 +49,16 @@ def deploy(planned: Sequence[Planned]) -> None:
 
 def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax import runtime
-    from slcs2_jax.analysis.collect import CONTROLLER, DEPLOYED
-    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.policy.decision_text import load_behaviour
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
+    from slcs2_jax.study.collect import CONTROLLER, DEPLOYED
 
     first = planned[0].settings
     count = first.search.fresh_deployments
     behaviour = load_behaviour(str(planned[0].controller))
     runtime.configure(first.compute)
-    from slcs2_jax.evolution.deployed import deploy_behaviour
+    from slcs2_jax.running.deployed import deploy_behaviour
 
     settings = [one.settings for one in planned]
     with Progress(count, label=f"{first.world.range} {first.world.environment}: deployment") as report:

@@ -90,7 +90,7 @@ def _solution(config: dict[str, Any], own: dict[str, Any], job: Job) -> _What:
     settings = evaluation_settings(solution.settings, config, job.overrides)
 
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.evolution import driver
+        from slcs2_jax.running import driver
 
         return driver.evaluate(settings, solution, deployments=deployments, report=report)
 
@@ -98,16 +98,16 @@ def _solution(config: dict[str, Any], own: dict[str, Any], job: Job) -> _What:
 
 
 def _behaviour(config: dict[str, Any], controller: Any) -> _What:
-    from slcs2_jax.analysis.collect import CONTROLLER
     from slcs2_jax.commands.deployed import BEHAVIOUR
     from slcs2_jax.config import settings_from
-    from slcs2_jax.control.behaviour import load_behaviour
+    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.study.collect import CONTROLLER
 
     behaviour = load_behaviour(str(controller))
     settings = settings_from(config)
 
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.evolution import driver
+        from slcs2_jax.running import driver
 
         return driver.evaluate_behaviour(settings, behaviour, deployments=deployments, report=report)
 

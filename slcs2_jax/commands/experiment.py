@@ -14,9 +14,9 @@ from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
-    from slcs2_jax.analysis.experiment import Planned
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
+    from slcs2_jax.study.experiment import Planned
 
 TAKES_SETTINGS = True
 HELP = """\
@@ -134,7 +134,7 @@ def _look_at(job: Job) -> None:
 
 
 def _planned(job: Job) -> list[Planned]:
-    from slcs2_jax.analysis.experiment import Experiment, plan
+    from slcs2_jax.study.experiment import Experiment, plan
 
     config, own = split(job)
     experiment = Experiment.of(own["experiment"])

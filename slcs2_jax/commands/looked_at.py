@@ -107,6 +107,6 @@ def look_at(path: str, instance: int, member: str) -> SavedSolution:
     if Path(path).is_file():
         return load_solution(path)
     run = look_into(path)
-    from slcs2_jax.evolution.shown import member_of
+    from slcs2_jax.looking.solutions import member_of
 
     return member_of(run, instance, member)

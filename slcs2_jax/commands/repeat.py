@@ -74,7 +74,7 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
     from slcs2_jax.results import Progress, RunFolder
 
     runtime.configure(settings.compute)
-    from slcs2_jax.evolution import driver
+    from slcs2_jax.running import driver
 
     device = runtime.describe_devices(settings.compute)
     if changes := config.changes(device):

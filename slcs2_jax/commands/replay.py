@@ -13,7 +13,7 @@ from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
-    from slcs2_jax.recording import Recording
+    from slcs2_jax.looking.recording import Recording
     from slcs2_jax.results import SavedSolution
 
     Compute = Callable[..., Recording]  # takes after_chunk
@@ -85,7 +85,7 @@ def run(arguments: list[str]) -> int:
 def _output(said: str | None, picture: str) -> Path:
     """Where the picture goes; refuses a format that cannot be written before anything is computed."""
     try:
-        from slcs2_jax.analysis import animation, drawing
+        from slcs2_jax.looking import animation, drawing
     except ImportError as error:
         raise InputError(
             f"replay: {error.name} is not installed; accepted is an installation with slcs2_jax[plot]"
@@ -135,8 +135,8 @@ def _episodes(
     solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
-    from slcs2_jax.control.behaviour import load_behaviour
-    from slcs2_jax.evolution.shown import replay, replay_behaviour
+    from slcs2_jax.looking.solutions import replay, replay_behaviour
+    from slcs2_jax.policy.decision_text import load_behaviour
 
     place = {"seed": seed, "deployment": options["deployment"]}
     found: list[tuple[str, Compute]] = []
@@ -163,14 +163,14 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
         raise InputError(f"start={start} end={end}: accepted are 0 <= start < end <= {steps}, the steps of the episode")
     field = None if options["field"] == "none" else options["field"]
     if options["picture"] != "animation":
-        from slcs2_jax.analysis.drawing import own_style, write_figure
-        from slcs2_jax.analysis.still import still
+        from slcs2_jax.looking.drawing import own_style, write_figure
+        from slcs2_jax.looking.still import still
 
         with own_style():
             write_figure(still(recordings, titles, options["picture"], start=start, end=end, field=field), out)
         print(f"{options['picture']} {out}", flush=True)
         return
-    from slcs2_jax.analysis.animation import animate
+    from slcs2_jax.looking.animation import animate
     from slcs2_jax.results.progress import counting
 
     every = max(1, round((end - start) / _FRAMES)) if options["every"] == "auto" else int(options["every"])

@@ -11,8 +11,8 @@ from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
-    from slcs2_jax.analysis.report import Report
     from slcs2_jax.results import FinishedRun
+    from slcs2_jax.study.report import Report
 
 TAKES_SETTINGS = False
 HELP = """\
@@ -50,18 +50,18 @@ def run(arguments: list[str]) -> int:
         _report_on_run(folder, options)
         return 0
     place = report_on(folders[0], options["out"], None if generations is None else int(generations))
-    from slcs2_jax.analysis.page_entries import runs_of_evolution
+    from slcs2_jax.looking.page_entries import runs_of_evolution
 
     runs = runs_of_evolution(folder)
     if runs:
-        from slcs2_jax.analysis.page import PAGE
+        from slcs2_jax.looking.page import PAGE
 
         _write_page(place / PAGE, f"Runs in {folder.resolve().name}", runs, options)
     return 0
 
 
 def _report_on_run(folder: Path, options: dict[str, Any]) -> None:
-    from slcs2_jax.analysis.page import PAGE, is_page
+    from slcs2_jax.looking.page import PAGE, is_page
 
     if options["generations"] is not None:
         raise InputError("generations: not for a run; accepted is a folder of runs, or no such setting")
@@ -75,8 +75,8 @@ def _report_on_run(folder: Path, options: dict[str, Any]) -> None:
 
 
 def _write_page(path: Path, title: str, runs: list[FinishedRun], options: dict[str, Any]) -> None:
-    from slcs2_jax.analysis.page import write_page
-    from slcs2_jax.analysis.page_entries import entries
+    from slcs2_jax.looking.page import write_page
+    from slcs2_jax.looking.page_entries import entries
     from slcs2_jax.results.progress import counting
 
     with counting("replay: time-step") as count:
@@ -88,7 +88,7 @@ def _write_page(path: Path, title: str, runs: list[FinishedRun], options: dict[s
 def report_on(folder: str, out: str | None = None, generations: int | None = None) -> Path:
     """Write tables, figures and verdicts; print where they are, what is missing, and the verdicts. The folder."""
     try:
-        from slcs2_jax.analysis.report import write_report
+        from slcs2_jax.study.report import write_report
     except ImportError as error:
         raise InputError(
             f"report: {error.name} is not installed; accepted is an installation with slcs2_jax[analysis]"
@@ -100,7 +100,7 @@ def report_on(folder: str, out: str | None = None, generations: int | None = Non
 
 def print_report(report: Report) -> None:
     """A few lines on the terminal."""
-    from slcs2_jax.analysis.study import BEST
+    from slcs2_jax.study.study import BEST
 
     for study in report.studies:
         print(f"{study.title}: after {study.generations} generations")

@@ -40,8 +40,8 @@ _DEFAULTS: dict[str, Any] = {
 def run(arguments: list[str]) -> int:
     """Show the rules that the arguments ask for."""
     path, options = subject_and_options("rules", arguments, _DEFAULTS)
-    from slcs2_jax.analysis.rulebook import SORTS, rule_lines, spread_rules
-    from slcs2_jax.analysis.rules_text import Rulebook
+    from slcs2_jax.looking.rulebook import SORTS, rule_lines, spread_rules
+    from slcs2_jax.looking.rules_text import Rulebook
 
     one_of("sort", options["sort"], tuple(SORTS))
     form = one_of("format", options["format"], ("text", "csv", "json"))
@@ -50,7 +50,7 @@ def run(arguments: list[str]) -> int:
     agent = _agent(options["agent"], solution.agents)
     recording = None
     if options["replay"]:
-        from slcs2_jax.evolution.shown import replay
+        from slcs2_jax.looking.solutions import replay
 
         recording = replay(solution, deployment=options["deployment"])
     lines = rule_lines(solution, recording, options["sort"])

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from slcs2_jax.config import Checkpoint, Compute, Rules, Search, Settings, Swarm, World
-from slcs2_jax.evolution import driver
+from slcs2_jax.running import driver
 
 GENERATIONS = 3
 

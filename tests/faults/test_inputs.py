@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError, Learning, Radio, Search, Settings, Swarm, World, settings_from
 from slcs2_jax.config.schema import settings_fields, settings_to_dict
-from slcs2_jax.evolution import driver
 from slcs2_jax.grammar import decode_rule, parse_grammar
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.documents import read_document
@@ -27,6 +26,7 @@ from slcs2_jax.results.run_config import read_config
 from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, CONFIG, GENERATIONS, SUMMARY
 from slcs2_jax.results.saved import load_solution
 from slcs2_jax.results.sweep import SWEEP, runs_below, write_sweep
+from slcs2_jax.running import driver
 
 INPUTS = int(os.environ.get("SLCS2_INPUTS", "200"))
 many = settings(max_examples=INPUTS)

@@ -8,9 +8,9 @@ import pytest
 
 from slcs2_jax import cli
 from slcs2_jax.config import Rules
-from slcs2_jax.evolution import driver
 from slcs2_jax.grammar import load_grammar
 from slcs2_jax.results.run_config import RunConfig, read_config, write_config
+from slcs2_jax.running import driver
 
 
 def test_a_repeated_run_comes_to_the_same(tiny_run, finished, tmp_path, capfd):

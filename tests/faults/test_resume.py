@@ -13,11 +13,11 @@ import threading
 import pytest
 
 from slcs2_jax.config import Checkpoint, Compute, InputError, World
-from slcs2_jax.evolution import driver
-from slcs2_jax.evolution.stopping import Stopped, StopRequest
 from slcs2_jax.results import Quiet, read_run
 from slcs2_jax.results.lock import FolderLock
 from slcs2_jax.results.sweep import runs_below, write_sweep
+from slcs2_jax.running import driver
+from slcs2_jax.running.stopping import Stopped, StopRequest
 
 
 class Raiser(Quiet):
@@ -195,7 +195,7 @@ def test_a_stop_names_the_folder_that_holds_all_runs(tiny_run, tmp_path):
 
 BUSY = """\
 import hashlib
-from slcs2_jax.evolution.stopping import StopRequest
+from slcs2_jax.running.stopping import StopRequest
 with StopRequest():
     print("busy", flush=True)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # a minute at least, without a look at signals
@@ -268,7 +268,7 @@ def test_a_grammar_that_was_changed_meanwhile_is_refused(tiny_run, tmp_path):
 
 
 def test_a_run_of_another_search_is_refused(tiny_run, tmp_path):
-    from slcs2_jax.evolution import Search
+    from slcs2_jax.search import Search
 
     class Other(Search):
         pass

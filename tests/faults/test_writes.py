@@ -8,8 +8,8 @@ import os
 import pytest
 
 from slcs2_jax.config import StorageError
-from slcs2_jax.evolution import driver
 from slcs2_jax.results import files
+from slcs2_jax.running import driver
 
 CALLS = ("open", "write", "fsync", "replace")
 FAULTS = {  # which call, and what becomes of it

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Checkpoint, Compute, Radio, Rules, Search, Settings, Swarm, World
-from slcs2_jax.evolution import driver
-from slcs2_jax.evolution.evaluation import fresh_deployment_key
-from slcs2_jax.evolution.shown import replay
 from slcs2_jax.grammar import load_grammar, random_rule_sets
-from slcs2_jax.recording import Recording, record
+from slcs2_jax.looking.recording import Recording, record
+from slcs2_jax.looking.solutions import replay
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import SOLUTIONS, SUMMARY
+from slcs2_jax.running import driver
+from slcs2_jax.search.evaluation import fresh_deployment_key
 from slcs2_jax.world.scenario import make_scenario
 
 

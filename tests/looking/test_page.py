@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from slcs2_jax import cli
-from slcs2_jax.analysis import page_data, page_replay
-from slcs2_jax.analysis.page import page
-from slcs2_jax.analysis.page_data import Shown, by_rank, history, lineage, rule_table
-from slcs2_jax.analysis.page_entries import entries
-from slcs2_jax.analysis.traffic import traffic
+from slcs2_jax.looking import page_data, page_replay
+from slcs2_jax.looking.page import page
+from slcs2_jax.looking.page_data import Shown, by_rank, history, lineage, rule_table
+from slcs2_jax.looking.page_entries import entries
+from slcs2_jax.looking.traffic import traffic
 from slcs2_jax.results import read_run
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from playwright import sync_api as playwright
 
-from slcs2_jax.analysis.page import write_page
-from slcs2_jax.analysis.page_entries import entries
+from slcs2_jax.looking.page import write_page
+from slcs2_jax.looking.page_entries import entries
 from slcs2_jax.results import read_run
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")

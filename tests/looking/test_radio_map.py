@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapely import LineString
 
-from slcs2_jax.analysis.radio_map import MOST_PLACES, field, grid, received
+from slcs2_jax.looking.radio_map import MOST_PLACES, field, grid, received
 
 WITHIN = (-20.0, 130.0, -60.0, 60.0)
 

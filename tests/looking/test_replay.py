@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from slcs2_jax import cli
-from slcs2_jax.analysis import animation
-from slcs2_jax.analysis.scene import FATES
+from slcs2_jax.looking import animation
+from slcs2_jax.looking.scene import FATES
 from slcs2_jax.swarm.fate import Fate
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
-from slcs2_jax.control.behaviour import load_behaviour
-from slcs2_jax.evolution import driver
-from slcs2_jax.evolution.shown import best_of, member_of, members_of, replay, replay_behaviour
+from slcs2_jax.looking.solutions import best_of, member_of, members_of, replay, replay_behaviour
+from slcs2_jax.policy.decision_text import load_behaviour
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import CHECKPOINT
+from slcs2_jax.running import driver
 
 
 def same(one, other) -> None:

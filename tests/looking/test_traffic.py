@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slcs2_jax.analysis.traffic import TELLING, telling, traffic
+from slcs2_jax.looking.traffic import TELLING, telling, traffic
 from slcs2_jax.swarm.fate import Fate
 
 

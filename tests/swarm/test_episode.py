@@ -12,10 +12,10 @@ import pytest
 
 from slcs2_jax import episode as episodes
 from slcs2_jax.config import Learning, Settings, Swarm, World
-from slcs2_jax.control import classifier, strength
-from slcs2_jax.control.classifier import Rules
 from slcs2_jax.episode import Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
+from slcs2_jax.policy import classifier, strength
+from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.swarm import knowledge
 from slcs2_jax.world.arena import stack, wall_capacity
 from slcs2_jax.world.scenario import make_scenario

@@ -1,0 +1,47 @@
+"""What a page shows of the runs in a folder: every instance's search; of the best ones, rules and a replay too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from slcs2_jax.config import InputError
+from slcs2_jax.looking.page_data import Shown, by_rank
+from slcs2_jax.looking.solutions import best_of, replay
+from slcs2_jax.results import FinishedRun, read_run
+from slcs2_jax.results.run_config import CONFIG, read_config
+
+
+def runs_of_evolution(folder: Path) -> list[FinishedRun]:
+    """The runs of evolution in a folder and below it, finished or not. Raises InputError if one is damaged."""
+    places = [config.parent for config in sorted(folder.rglob(CONFIG))]
+    return [read_run(place) for place in places if read_config(place).evolves]
+
+
+def entries(
+    runs: list[FinishedRun],
+    *,
+    replays: int,
+    deployment: int,
+    after_chunk: Callable[[int], None] = lambda steps: None,
+) -> Iterator[Shown]:
+    """Every instance of the runs, the best one of each arm in each world first.
+
+    Args:
+        runs: of evolution.
+        replays: how many of the first get a replay and their rules.
+        deployment: which is replayed.
+        after_chunk: told now and then how many steps of a replay were computed.
+    """
+    for place, (run, instance) in enumerate(by_rank(runs)):
+        if place >= replays:
+            note = f"Rules and a replay: slcs2 report RUN replays={run.settings.instances}, of its own folder RUN."
+            yield Shown(run=run, instance=instance, note=note)
+            continue
+        try:
+            solution = best_of(run, instance)
+        except InputError as error:
+            yield Shown(run=run, instance=instance, note=f"No solution to show: {error}")
+            continue
+        recording = replay(solution, deployment=deployment, after_chunk=after_chunk)
+        yield Shown(run=run, instance=instance, solution=solution, recording=recording, deployment=deployment)

@@ -1,0 +1,287 @@
+"""One episode in full, to look at: where everybody was, who sent to whom with what success, which rules acted.
+
+T steps, n agents, R rules, C channels in use. Nodes: agents 0..n-1, source n, sink n + 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from slcs2_jax import episode as episodes
+from slcs2_jax.config import Settings
+from slcs2_jax.episode import Episode, Moment, Parameters, Result
+from slcs2_jax.grammar import RuleSets
+from slcs2_jax.grammar.vocabulary import ACTIONS
+from slcs2_jax.policy import classifier
+from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy.matching import match_set
+from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.rollout import LANES
+from slcs2_jax.swarm.fate import Fate, fates
+from slcs2_jax.swarm.state import State
+from slcs2_jax.world.arena import stack, wall_capacity
+from slcs2_jax.world.scenario import Scenario
+
+CHUNK = 100  # sharing periods that are computed at a time
+NOBODY = -1
+WORD = 32
+
+
+class Transmission(NamedTuple):
+    """One attempt to hand over a packet; nodes, index of the channel, index of the power, what became of it."""
+
+    sender: int
+    receiver: int
+    channel: int
+    power: int
+    fate: Fate
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Recording:
+    """An episode, step by step. Step t leads from moment t to moment t + 1; there are T steps and T + 1 moments.
+
+    Attributes:
+        settings, scenario, rules: what was deployed, and where.
+        channels: indices of the channels in use, in the order of the columns of `served`.
+        fitness: share delivered less share of time used (spec section 7).
+        x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
+        holding: bool [T + 1, n], who holds a packet.
+        waiting, delivered: int32 [T + 1], packets at the source and at the sink.
+        heard: uint32 [T, W, n], bit j % 32 of word j // 32 tells whether the agent heard node j; see `neighbours`.
+        jammed: int8 [T], index of the channel that the jammer emitted on; -1 for none.
+        action: uint8 [T, n], numbers of the vocabulary; `NO_ACTION` for none.
+        rule: int16 [T, n], the rule that was drawn (or, of a behaviour made by hand, the first that held); -1 for none.
+        sent_to: int8 [T, n], the node that the agent sent its packet to; -1 if it sent nothing.
+        sent_fate: uint8 [T, n], of `Fate`.
+        served: int8 [T, C], the agent that the source sent a packet to on each channel; -1 for none.
+        served_fate: uint8 [T, C], of `Fate`.
+        matched: int32 [n, R], steps in which the rule's condition held.
+        usage: int32 [n, R], tau, steps in which it was in the action set.
+        quality, strength, error: float32 [n, R], q, zeta and epsilon at the end.
+        contribution: int32 [n], delivered packets that the agent had held.
+    """
+
+    settings: Settings
+    scenario: Scenario
+    rules: RuleSets
+    channels: tuple[int, ...]
+    fitness: float
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    holding: NDArray[np.bool_]
+    waiting: NDArray[np.int32]
+    delivered: NDArray[np.int32]
+    heard: NDArray[np.uint32]
+    jammed: NDArray[np.int8]
+    action: NDArray[np.uint8]
+    rule: NDArray[np.int16]
+    sent_to: NDArray[np.int8]
+    sent_fate: NDArray[np.uint8]
+    served: NDArray[np.int8]
+    served_fate: NDArray[np.uint8]
+    matched: NDArray[np.int32]
+    usage: NDArray[np.int32]
+    quality: NDArray[np.float32]
+    strength: NDArray[np.float32]
+    error: NDArray[np.float32]
+    contribution: NDArray[np.int32]
+
+    @property
+    def steps(self) -> int:
+        """T, how many steps the episode took."""
+        return len(self.action)
+
+    @property
+    def agents(self) -> int:
+        """n."""
+        return self.x.shape[1]
+
+    @property
+    def source(self) -> int:
+        """The node that is the source; the sink is the next one."""
+        return self.agents
+
+    @property
+    def sink(self) -> int:
+        """The node that is the sink."""
+        return self.agents + 1
+
+    def place(self, moment: int, node: int) -> tuple[float, float]:
+        """Where a node was at a moment, m."""
+        if node < self.agents:
+            return float(self.x[moment, node]), float(self.y[moment, node])
+        at = self.scenario.sink if node == self.sink else (0.0, 0.0)
+        return float(at[0]), float(at[1])
+
+    def neighbours(self, step: int) -> NDArray[np.bool_]:
+        """Who heard whom in a step: bool [n + 2 node, n agent]."""
+        node = np.arange(self.agents + 2)
+        return (self.heard[step, node // WORD] >> (node % WORD).astype(np.uint32)[:, None] & np.uint32(1)).astype(bool)
+
+    def transmissions(self, step: int) -> list[Transmission]:
+        """All attempts of a step to hand over a packet, the source's last."""
+        found = []
+        for agent in np.flatnonzero(self.sent_to[step] != NOBODY).tolist():
+            action = ACTIONS[self.action[step, agent]]
+            fate = Fate(self.sent_fate[step, agent])
+            found.append(Transmission(agent, int(self.sent_to[step, agent]), action.channel, action.power, fate))
+        for place in np.flatnonzero(self.served[step] != NOBODY).tolist():
+            asker = int(self.served[step, place])
+            power = ACTIONS[self.action[step, asker]].power
+            fate = Fate(self.served_fate[step, place])
+            found.append(Transmission(self.source, asker, self.channels[place], power, fate))
+        return found
+
+
+def record(
+    settings: Settings,
+    scenario: Scenario,
+    rules: RuleSets,
+    channels: tuple[int, ...],
+    key: tuple[np.uint32, np.uint32],
+    *,
+    controller: Controller = classifier,
+    after_chunk: Callable[[int], None] = lambda steps: None,
+) -> Recording:
+    """Compute one episode and keep all of it.
+
+    The arithmetic is laid out as in a rollout on one CPU device, so that the episode is the one that a search or an
+    evaluation with this key had; on other devices or versions a last bit may differ and lead elsewhere.
+
+    Args:
+        settings: radio, swarm and learning.
+        scenario: where.
+        rules: what is deployed.
+        channels: indices of the channels that its grammar or behaviour uses.
+        key: the episode's key.
+        controller: what the agents do with the rules.
+        after_chunk: told now and then how many steps were computed.
+    """
+    parameters = Parameters.of(settings, controller)
+    given = _given(scenario, rules, channels, key)
+    begin, watch, result = _programs()
+    episode = begin(*given, parameters)
+    matched = np.zeros(rules.action.shape, np.int32)
+    parts: list[dict[str, NDArray[Any]]] = []
+    running = True
+    while running:
+        episode, notes = watch(episode, parameters)
+        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
+        matched += part.pop("match").sum(axis=0, dtype=np.int32).T
+        parts.append(part)
+        running = bool(part["running"][-1])
+        after_chunk(sum(int(one["running"].sum()) for one in parts))
+    end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
+    return _recording(settings, scenario, rules, channels, parts, matched, *end)
+
+
+def _given(scenario: Scenario, rules: RuleSets, channels: tuple[int, ...], key: tuple[np.uint32, np.uint32]) -> Any:
+    """What an episode starts from: the same one in every lane, since a vector unit takes no fewer."""
+
+    def lanes(array: NDArray[Any]) -> NDArray[Any]:
+        return np.repeat(array[..., None], LANES, axis=-1)
+
+    capacity = wall_capacity([scenario])
+    arena = stack([scenario] * LANES, [channels] * LANES, capacity=capacity, width=max(channels) + 1)
+    mask: Any = lanes(rules.mask.transpose(2, 1, 0))
+    action: Any = lanes(rules.action.T)
+    return arena, Rules(mask, action), lanes(np.array(key, np.uint32))
+
+
+@functools.cache
+def _programs() -> tuple[Any, Any, Any]:
+    """Begin, watch a chunk, and result, compiled for the default backend."""
+    on_cpu = jax.default_backend() == "cpu"
+    program = partial(jax.jit, compiler_options={"xla_cpu_prefer_vector_width": 512} if on_cpu else None)
+
+    def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any]:
+        return episodes.watch(episode, parameters, CHUNK, partial(_note, parameters))
+
+    return program(episodes.begin), program(watch), program(episodes.result)
+
+
+def _note(parameters: Parameters, before: Episode, after: Episode, moment: Moment) -> dict[str, jax.Array]:
+    """What is kept of a step, of the first lane alone; names and meaning as in `Recording` where it has them."""
+    state, seen, air = before.state, moment.seen, moment.outcome.air
+    n = state.x.shape[0]
+    to_agents, to_anybody = air.wanted[:, n, :n], air.wanted[:, :n]
+    fate = fates(air, moment.drawn, parameters.physics.radio)
+    receiver = np.arange(n + 2).reshape(-1, 1)
+    chosen = parameters.controller.chosen(
+        after.memory, before.rules, seen.truth, state.key, state.t, parameters.learning
+    )
+    notes = {
+        "running": seen.running,
+        "x": state.x,
+        "y": state.y,
+        "holding": state.holding,
+        "waiting": state.waiting,
+        "delivered": state.delivered,
+        "heard": _packed(moment.drawn.heard),
+        "jammed": _first(jnp.any(moment.drawn.jamming > 0, axis=1)),
+        "action": moment.action.astype(jnp.uint8),
+        "rule": chosen.astype(jnp.int16),
+        "sent_to": jnp.max(jnp.where(to_anybody, receiver, NOBODY), axis=(0, 2)).astype(jnp.int8),
+        "sent_fate": jnp.max(fate[:, :n], axis=(0, 2)),
+        "served": jnp.max(jnp.where(to_agents, receiver[:n], NOBODY), axis=1).astype(jnp.int8),
+        "served_fate": jnp.max(fate[:, n], axis=1),
+        "match": match_set(before.rules.mask, seen.truth),
+    }
+    return jax.tree.map(lambda leaf: leaf[..., 0], notes)
+
+
+def _first(flags: jax.Array) -> jax.Array:
+    """The first that is true: [C, ...] -> int8 [...]; -1 if none is."""
+    found = jnp.argmax(flags, axis=0).astype(jnp.int8)
+    return jnp.where(jnp.any(flags, axis=0), found, jnp.int8(NOBODY))
+
+
+def _packed(flags: jax.Array) -> jax.Array:
+    """Bits of the first axis in words of 32: bool [m, ...] -> uint32 [words, ...]."""
+    words = []
+    for start in range(0, flags.shape[0], WORD):
+        some = flags[start : start + WORD].astype(jnp.uint32)
+        shift = np.arange(some.shape[0], dtype=np.uint32).reshape(-1, *(1,) * (flags.ndim - 1))
+        words.append(jnp.sum(some << shift, axis=0, dtype=jnp.uint32))
+    return jnp.stack(words)
+
+
+def _recording(
+    settings: Settings,
+    scenario: Scenario,
+    rules: RuleSets,
+    channels: tuple[int, ...],
+    parts: list[dict[str, NDArray[Any]]],
+    matched: NDArray[np.int32],
+    state: State,
+    result: Result,
+) -> Recording:
+    steps = int(result.steps)
+    noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
+    for name in ("x", "y", "holding", "waiting", "delivered"):
+        noted[name] = np.concatenate([noted[name], np.asarray(getattr(state, name))[None]])
+    for name in ("served", "served_fate"):
+        noted[name] = noted[name][:, list(channels)]
+    fitness = int(result.delivered) / settings.swarm.packets - steps / scenario.time_limit
+    learnt = {name: np.asarray(getattr(result, name)).T for name in ("usage", "quality", "strength", "error")}
+    return Recording(
+        settings=settings,
+        scenario=scenario,
+        rules=rules,
+        channels=channels,
+        fitness=fitness,
+        matched=matched,
+        contribution=np.asarray(result.contribution),
+        **noted,
+        **learnt,
+    )

@@ -1,0 +1,1 @@
+"""The machinery of long computations: slots, schedule, saving, resuming, stopping."""

@@ -1,0 +1,78 @@
+"""Slots for tasks: how many, on which devices, and who shares them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Protocol
+
+from slcs2_jax import runtime
+from slcs2_jax.config import Settings
+from slcs2_jax.episode import Parameters
+from slcs2_jax.policy import classifier
+from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.rollout import LANES, Rollout, Shape
+from slcs2_jax.running.instance import Site, Task
+from slcs2_jax.running.schedule import Batch
+from slcs2_jax.world.arena import wall_capacity
+
+MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
+LEAST_TASKS = 12  # that each of these rollouts should have
+
+
+class RuleLanguage(Protocol):
+    """What rules are made of, a grammar or a behaviour: words per condition, and the channels they name."""
+
+    @property
+    def words(self) -> int: ...
+
+    @property
+    def channels_used(self) -> tuple[int, ...]: ...
+
+
+def make_batches(
+    settings: Settings,
+    said: Sequence[RuleLanguage],
+    tasks: Sequence[Task],
+    *,
+    width: int | None = None,
+    controller: Controller = classifier,
+) -> list[Batch]:
+    """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
+
+    The slots of a rollout all have room for the walls of the fullest scenario, and cost as much as if they were used;
+    so tasks are parted by the number of walls where there are enough of them to keep several rollouts busy.
+    """
+    width = width or slots_per_device(settings, sum(len(task.wanted(0)) for task in tasks))
+    by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
+    kinds = len({wall_capacity([task.site.scenario]) for task in tasks})
+    on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
+    parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
+    cuts = [len(tasks) * part // parts for part in range(parts + 1)]
+    return [
+        Batch(some, _rollout(settings, said, [task.site for task in some], width, controller))
+        for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
+    ]
+
+
+def _rollout(
+    settings: Settings, said: Sequence[RuleLanguage], sites: Sequence[Site], width: int, controller: Controller
+) -> Rollout:
+    shape = Shape(
+        agents=settings.swarm.agents,
+        rules=settings.rules.rules,
+        words=max(one.words for one in said),
+        channels=1 + max(max(one.channels_used) for one in said),
+        walls=wall_capacity([site.scenario for site in sites]),
+    )
+    devices = runtime.devices(settings.compute)
+    parameters = Parameters.of(settings, controller)
+    slots = width * len(devices)
+    return Rollout(parameters, shape, slots=slots, devices=devices, chunk=settings.compute.chunk)
+
+
+def slots_per_device(settings: Settings, tasks: int) -> int:
+    """Slots per device: CPUs are fastest with one vector's width; a GPU takes twice what is certain to be wanted."""
+    devices = runtime.devices(settings.compute)
+    enough = LANES * len(devices) if devices[0].platform == "cpu" else 2 * tasks
+    return -(-(settings.compute.slots or enough) // (LANES * len(devices))) * LANES

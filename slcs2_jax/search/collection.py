@@ -1,0 +1,82 @@
+"""The collection of solutions under novelty domination (paper, Solution-Collection update; spec 8)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slcs2_jax.config import InputError
+from slcs2_jax.search.member import Member, Verdict
+from slcs2_jax.search.novelty import NoveltyIndex
+
+
+def domination(
+    fitness_x: float | np.ndarray, fitness_y: float | np.ndarray, distance: np.ndarray, omega: float
+) -> np.ndarray:
+    """e(x, y) = f(x) - f(y) - omega Delta b(x, y); x dominates y iff it is > 0. Broadcasts."""
+    return np.subtract(fitness_x, fitness_y) - omega * np.asarray(distance)
+
+
+class Collection:
+    """Members that do not dominate each other at the time they meet: fit, or far from those that are fitter."""
+
+    def __init__(self, *, agents: int, rules: int, omega0: float) -> None:
+        """`omega0` >= 0 weighs novelty against fitness: omega = omega0 / members."""
+        if not (np.isfinite(omega0) and omega0 >= 0):
+            raise InputError(f"omega0 = {omega0}; a finite number of at least 0 is accepted")
+        self._omega0 = omega0
+        self._members: list[Member] = []
+        self._index = NoveltyIndex(agents, rules)
+
+    def members(self) -> list[Member]:
+        """The members, oldest first."""
+        return list(self._members)
+
+    @property
+    def omega(self) -> float:
+        """Weight of novelty for the next newcomer: omega0 / |Y|, |Y| without the newcomer and at least 1."""
+        return self._omega0 / max(1, len(self._members))
+
+    def consider(self, newcomer: Member) -> Verdict:
+        """x enters iff no y has e(y, x) > 0; only then every y with e(x, y) > 0 leaves."""
+        ids = newcomer.solution.ids
+        distance = self._index.distances(ids)
+        fitness = np.array([member.fitness for member in self._members])
+        omega, mean = self.omega, float(distance.mean()) if distance.size else float("nan")
+        if (domination(fitness, newcomer.fitness, distance, omega) > 0).any():
+            return Verdict(accepted=False, novelty=mean, removed=(), size=len(self._members))
+        leaving = np.flatnonzero(domination(newcomer.fitness, fitness, distance, omega) > 0)
+        removed = tuple(self._members[position].generation for position in leaving)
+        if leaving.size:
+            gone = set(leaving.tolist())
+            self._members = [member for position, member in enumerate(self._members) if position not in gone]
+            self._index.remove(leaving)
+        self._append(newcomer, ids)
+        return Verdict(accepted=True, novelty=mean, removed=removed, size=len(self._members))
+
+    def _append(self, member: Member, ids: np.ndarray) -> None:
+        self._members.append(member)
+        self._index.add(ids)
+
+    def parent(self) -> tuple[Member, int]:
+        """The member with the fewest explorations (newest on ties) and its count before this one; counts this one."""
+        if not self._members:
+            raise InputError("collection: it is empty; a solution must be considered before a parent is drawn")
+        member = min(self._members, key=lambda one: (one.explorations, -one.generation))
+        before = member.explorations
+        member.explorations = before + 1
+        return member, before
+
+    def state(self) -> dict[str, Any]:
+        """Nothing besides the members is remembered."""
+        return {}
+
+    def restore(self, members: list[Member], state: dict[str, Any]) -> None:
+        """Hold exactly these members, in this order."""
+        self._members = []
+        for member in members:
+            ids = member.solution.ids
+            if not self._members:
+                self._index = NoveltyIndex(*ids.shape)
+            self._append(member, ids)

@@ -1,0 +1,120 @@
+"""A new solution from a parent: crossover and mutation of low-quality rule-sets (paper, Rule-Set Evolution; spec 7-8).
+
+[n, R] = agents, rules; L = rule-sets that evolve. Each of them becomes, in this order,
+  varpi     of its own rules, lowest error first (used before unused, then by index),
+  varsigma  rules of one donor, greatest strength first (then by index),
+  the rest  new random rules,
+and every other rule-set is passed on as it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slcs2_jax.search.evaluation import Evaluation
+from slcs2_jax.search.solution import Origin, Solution
+from slcs2_jax.search.supply import RuleSupply
+
+# A product that is a whole number on paper, as 100 * 0.58 / 2, can fall short of it by one rounding error.
+_ROUNDING = 1e-9
+
+
+def low_quality(contribution: np.ndarray) -> np.ndarray:
+    """bool[n]: agents whose contribution int[n] is below the mean; all of them if all contribute the same.
+
+    That exception is the deviation of spec 7: nobody would evolve, usually because nothing is delivered yet.
+    """
+    low = contribution * contribution.size < contribution.sum()
+    return low if low.any() else np.ones_like(low)
+
+
+def donor_weights(contribution: np.ndarray, receivers: np.ndarray) -> np.ndarray:
+    """int[L, n] proportions in which each receiver (agent number, int[L]) draws its donor.
+
+    An agent weighs its contribution if that is at least the mean, and never gives to itself (it could only where all
+    contribute the same). All weights are 0 where nothing was contributed: there is no donor then.
+    """
+    high = contribution * contribution.size >= contribution.sum()
+    weights = np.tile(np.where(high, contribution, 0), (receivers.size, 1))
+    weights[np.arange(receivers.size), receivers] = 0
+    return weights
+
+
+def kept_count(rules: int, fitness: float, explorations: int, varrho: float) -> int:
+    """varpi = floor(R clip(fit / 2 - phi / varrho, 0, 1)), phi counted before this attempt.
+
+    The paper prints max(1, .) where spec 8 has the clip: that would leave no room for any change.
+    """
+    share = min(1.0, max(0.0, fitness / 2 - explorations / varrho))
+    return math.floor(rules * share + _ROUNDING)
+
+
+def lowest_error(error: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """int[..., R] rule indices: used rules before unused ones, within both by error, ties by index."""
+    return np.lexsort((error, ~used), axis=-1)
+
+
+def greatest_strength(strength: np.ndarray) -> np.ndarray:
+    """int[..., R] rule indices by falling strength, ties by index."""
+    return np.argsort(-strength, axis=-1, kind="stable")
+
+
+def draw_exchange(
+    contribution: np.ndarray, receivers: np.ndarray, remaining: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Donor int[L] and varsigma int[L] of each receiver: varsigma = floor((R - varpi) U(0, 1)), remaining = R - varpi.
+
+    The uniform numbers are drawn first, then the donors; without a donor varsigma is 0.
+    """
+    weights = donor_weights(contribution, receivers)
+    if not weights.any():
+        return receivers, np.zeros(receivers.size, np.int64)
+    count = np.floor(remaining * rng.random(receivers.size)).astype(np.int64)
+    ends = np.cumsum(weights, axis=1)
+    pick = rng.integers(0, ends[:, -1])
+    return (ends <= pick[:, None]).sum(axis=1), count
+
+
+def offspring(
+    parent: Solution,
+    evaluation: Evaluation,
+    *,
+    explorations: int,
+    generation: int,
+    varrho: float,
+    exchange: bool,
+    supply: RuleSupply,
+    rng: np.random.Generator,
+) -> Solution:
+    """The child of `parent`, born in `generation`; `explorations` = phi of the parent before this attempt.
+
+    Without `exchange` nothing is copied (varsigma = 0). `rng` draws donors and shares, `supply` gives the new rules.
+    """
+    agents, rules = parent.agents, parent.rules
+    receivers = np.flatnonzero(low_quality(evaluation.contribution_sum))
+    kept = kept_count(rules, evaluation.fitness, explorations, varrho)
+    donors, copied = receivers, np.zeros(receivers.size, np.int64)
+    if exchange:
+        donors, copied = draw_exchange(evaluation.contribution_sum, receivers, rules - kept, rng)
+
+    # Where each rule of the child comes from: agent and rule of the parent, [n, R].
+    from_agent = np.repeat(np.arange(agents), rules).reshape(agents, rules)
+    from_rule = np.tile(np.arange(rules), (agents, 1))
+    from_rule[receivers, :kept] = lowest_error(evaluation.error[receivers], evaluation.used[receivers])[:, :kept]
+    taken = np.arange(rules - kept) < copied[:, None]  # [L, R - varpi]
+    best = greatest_strength(evaluation.strength[donors])[:, : rules - kept]
+    is_copied, is_new = np.zeros((2, agents, rules), bool)
+    is_copied[receivers, kept:] = taken
+    is_new[receivers, kept:] = ~taken
+    from_agent[is_copied] = np.repeat(donors, copied)
+    from_rule[is_copied] = best[taken]
+
+    arrays = {name: array[from_agent, from_rule] for name, array in parent.arrays().items()}
+    for name, array in supply.take(int(is_new.sum())).items():
+        arrays[name][is_new] = array
+    arrays["origin_kind"][is_copied], arrays["origin_kind"][is_new] = Origin.COPIED, Origin.RANDOM
+    arrays["origin_generation"][is_copied | is_new] = generation
+    arrays["origin_agent"][is_copied], arrays["origin_agent"][is_new] = from_agent[is_copied], -1
+    return Solution(**arrays, generation=generation, parent=parent.generation)

@@ -1,0 +1,124 @@
+"""An experiment as data: its arms, their settings in a cell, and the folder of each of its runs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from slcs2_jax.config import InputError, Settings, settings_from
+from slcs2_jax.config.compose import conf_dir
+from slcs2_jax.config.field import refuse
+from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
+from slcs2_jax.study.arm import arm_of, cell_of
+from slcs2_jax.study.collect import CONTROLLER
+
+
+@dataclass(frozen=True)
+class Arm:
+    """What an arm is: settings in which it differs, or the name or path of a behaviour made by hand that it deploys."""
+
+    settings: Mapping[str, Any]
+    controller: str | None = None
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A run to be made: its settings with its folder; of a behaviour made by hand, which."""
+
+    settings: Settings
+    controller: str | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The arms of an experiment by name. The first is the reference."""
+
+    name: str
+    title: str
+    arms: Mapping[str, Arm]
+
+    @classmethod
+    def of(cls, node: Mapping[str, Any]) -> Experiment:
+        """From the node `experiment` of a configuration."""
+        arms = {}
+        for name, said in node["arms"].items():
+            own = dict(said)
+            controller = own.pop(CONTROLLER, None)
+            arms[str(name)] = Arm(own, controller)
+        return cls(node["name"], node["title"], arms)
+
+    def chosen(self, arm: str) -> list[str]:
+        """The arms that arm= of the command line stands for; raises InputError."""
+        if arm == "all":
+            return list(self.arms)
+        if arm not in self.arms:
+            raise refuse("arm", arm, "one of all, " + ", ".join(self.arms))
+        return [arm]
+
+
+def experiments() -> dict[str, Experiment]:
+    """The experiments of conf/experiment that compare arms."""
+    from omegaconf import OmegaConf
+
+    found = {}
+    for file in sorted((conf_dir() / "experiment").glob("*.yaml")):
+        plain: Any = OmegaConf.to_container(OmegaConf.load(file))
+        if "arms" in plain["experiment"]:
+            found[file.stem] = Experiment.of(plain["experiment"])
+    return found
+
+
+def reported_experiments() -> dict[str, tuple[str, tuple[str, ...]]]:
+    """By name: title, and the folder names of the arms, the reference first."""
+    return {
+        name: (
+            one.title,
+            tuple(arm_of(settings_with({}, arm.settings), arm.controller) for arm in one.arms.values()),
+        )
+        for name, one in experiments().items()
+    }
+
+
+def settings_with(config: Mapping[str, Any], own: Mapping[str, Any]) -> Settings:
+    """The settings of a composed configuration with some in place of its own. Raises InputError."""
+    paths = accepted_paths()
+    flat = flatten(own)
+    for path in flat:
+        if path not in paths:
+            raise unknown_setting(path)
+    replaced = {paths[path] for path in flat}
+    kept = {path: value for path, value in flatten(config).items() if paths.get(path) not in replaced}
+    return settings_from(kept | flat)
+
+
+def plan(root: str | Path, config: Mapping[str, Any], experiment: Experiment, arms: Sequence[str]) -> list[Planned]:
+    """Every run of one cell: one for each arm and instance, each with its folder below `root`.
+
+    A folder's name follows from its arm, cell and seed alone, so experiments that share runs find each other's.
+
+    Raises:
+        InputError: a bad setting, or two arms that are one.
+    """
+    found: list[Planned] = []
+    names: dict[str, str] = {}
+    for name in arms:
+        arm = experiment.arms[name]
+        settings = settings_with(config, arm.settings)
+        other = names.setdefault(arm_of(settings, arm.controller), name)
+        if other != name:
+            raise InputError(f"arm={name}: comes to the same settings as {other}; accepted are arms that differ")
+        for instance in range(settings.instances):
+            one = dataclasses.replace(settings, seed=settings.seed + instance, instances=1)
+            if arm.controller is not None:  # nothing evolves: however far the others go, it is the same run
+                one = dataclasses.replace(one, search=dataclasses.replace(one.search, generations=1))
+            folder = run_folder(root, one, arm.controller)
+            found.append(Planned(dataclasses.replace(one, run_dir=str(folder)), arm.controller))
+    return found
+
+
+def run_folder(root: str | Path, settings: Settings, controller: str | None = None) -> Path:
+    """ROOT/<arm>/<environment>_<range>/seed_000."""
+    return Path(root) / arm_of(settings, controller) / cell_of(settings).name / f"seed_{settings.seed:03d}"

@@ -1,0 +1,241 @@
+"""An experiment's results, made comparable: the same instances and the same number of generations for every arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from slcs2_jax.config.field import refuse
+from slcs2_jax.config.model import ENVIRONMENTS
+from slcs2_jax.study.arm import CELLS, OVERALL, PLACES, PLAIN, Cell, arm_title, ordered
+from slcs2_jax.study.collect import Outcome
+from slcs2_jax.study.statistics import Comparison, Description, Values, compare, describe, holm
+
+BEST, FRESH = "best", "fresh"
+METRICS = {BEST: "best fitness", FRESH: "winner's mean over fresh deployments"}
+
+
+class Contest(NamedTuple):
+    """An arm against the reference somewhere."""
+
+    arm: str
+    place: Cell
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Study:
+    """What an experiment found, so far as it can be compared.
+
+    Attributes:
+        name, title: of the experiment.
+        arms: in the order of tables; the reference first.
+        generations: after so many every evolved arm is looked at; 0 if none evolves or none has begun.
+        outcomes: all results of the arms, comparable or not.
+        missing: in words, what is planned or in other arms and not here.
+    """
+
+    name: str
+    title: str
+    arms: tuple[str, ...]
+    generations: int
+    outcomes: tuple[Outcome, ...]
+    missing: tuple[str, ...]
+
+    @property
+    def reference(self) -> str:
+        """The arm that the others are compared with."""
+        return self.arms[0]
+
+    def seeds(self, cell: Cell, metric: str) -> tuple[int, ...]:
+        """Run of which every arm has this figure."""
+        return self._shared[metric].get(cell, ())
+
+    def sample(self, arm: str, place: Cell, metric: str) -> Values:
+        """An arm's figures in the order of `seeds`; overall: of the instances that all the range's cells share.
+
+        Overall is empty unless every type of the range has results: it is never the mean of fewer worlds.
+        """
+        if place.environment != OVERALL:
+            seeds = self.seeds(place, metric)
+            return np.array([self._figures[metric][arm, place, seed] for seed in seeds], dtype=np.float64)
+        cells = [Cell(environment, place.range) for environment in ENVIRONMENTS]
+        seeds = tuple(sorted(set.intersection(*(set(self.seeds(cell, metric)) for cell in cells))))
+        figures = [self._figures[metric][arm, cell, seed] for cell in cells for seed in seeds]
+        return np.array(figures, dtype=np.float64)
+
+    def descriptions(self, metric: str) -> dict[tuple[str, Cell], Description]:
+        """Every arm in every place that has results."""
+        return self._described[metric]
+
+    def comparisons(self, metric: str) -> dict[Contest, Comparison]:
+        """Every arm against the reference in every place; above 0 means that the reference is better.
+
+        Holm's families: all cells of the experiment, and all of its overall figures.
+        """
+        return self._compared[metric]
+
+    def curves(self, arm: str, cell: Cell) -> Values:
+        """float64[instances, generations]: best so far; one figure throughout of a behaviour that does not evolve."""
+        curves = []
+        by_seed = {one.seed: one for one in self.outcomes if (one.arm, one.cell) == (arm, cell)}
+        for seed in self.seeds(cell, BEST):
+            one = by_seed[seed]
+            flat = np.full(self.generations, self._figures[BEST][arm, cell, seed])
+            curves.append(one.curve[: self.generations] if one.evolves else flat)
+        return np.array(curves, dtype=np.float64)
+
+    def fits(self, arm: str, cells: Iterable[Cell]) -> list[Outcome]:
+        """An arm's results in some cells that are on shared instances."""
+        shared = {cell: set(self.seeds(cell, BEST)) for cell in cells}
+        return [one for one in self.outcomes if one.arm == arm and one.seed in shared.get(one.cell, ())]
+
+    @cached_property
+    def _figures(self) -> dict[str, dict[tuple[str, Cell, int], float]]:
+        found: dict[str, dict[tuple[str, Cell, int], float]] = {BEST: {}, FRESH: {}}
+        for one in self.outcomes:
+            for metric, value in (
+                (BEST, one.best(self.generations)),
+                (FRESH, one.fresh_after(self.generations)),
+            ):
+                if value is not None:
+                    found[metric][one.arm, one.cell, one.seed] = value
+        return found
+
+    @cached_property
+    def _shared(self) -> dict[str, dict[Cell, tuple[int, ...]]]:
+        shared: dict[str, dict[Cell, tuple[int, ...]]] = {}
+        for metric, figures in self._figures.items():
+            shared[metric] = {}
+            for cell in CELLS:
+                seeds = [{seed for arm_, cell_, seed in figures if (arm_, cell_) == (arm, cell)} for arm in self.arms]
+                shared[metric][cell] = tuple(sorted(set.intersection(*seeds)))
+        return shared
+
+    @cached_property
+    def _described(self) -> dict[str, dict[tuple[str, Cell], Description]]:
+        def described(metric: str) -> dict[tuple[str, Cell], Description]:
+            samples = {(arm, place): self.sample(arm, place, metric) for place in PLACES for arm in self.arms}
+            return {key: describe(sample) for key, sample in samples.items() if len(sample)}
+
+        return {metric: described(metric) for metric in METRICS}
+
+    @cached_property
+    def _compared(self) -> dict[str, dict[Contest, Comparison]]:
+        return {metric: self._compare(metric) for metric in METRICS}
+
+    def _compare(self, metric: str) -> dict[Contest, Comparison]:
+        found: dict[Contest, Comparison] = {}
+        for overall in (False, True):
+            family = [
+                Contest(arm, place)
+                for arm in self.arms[1:]
+                for place in PLACES
+                if (place.environment == OVERALL) == overall and len(self.sample(arm, place, metric))
+            ]
+            pairs = [
+                compare(self.sample(self.reference, contest.place, metric), self.sample(*contest, metric))
+                for contest in family
+            ]
+            found |= dict(zip(family, holm(pairs), strict=True))
+        return found
+
+
+def studies(
+    outcomes: Sequence[Outcome], experiments: Mapping[str, tuple[str, Sequence[str]]], generations: int | None = None
+) -> list[Study]:
+    """A study for every experiment of which the reference and another arm are there, and one for what is left.
+
+    Args:
+        outcomes: all results of a folder.
+        experiments: by name, title and arms (the reference first).
+        generations: after so many, instead of the most that all runs of the experiment share.
+
+    Raises:
+        InputError: no run has so many generations.
+    """
+    most = max(len(one.curve) for one in outcomes)
+    if generations is not None and not 1 <= generations <= most:
+        raise refuse("generations", generations, f"a whole number from 1 to {most}, the most that a run here has")
+    present = {one.arm for one in outcomes}
+    left = set(present)
+    found = []
+    for name, (title, arms) in experiments.items():
+        own = [arm for arm in arms if arm in present]
+        if arms[0] in present and len(own) > 1:
+            found.append(_study(name, title, own, outcomes, generations))
+            left -= set(own)
+    if left:
+        reference = [PLAIN] if PLAIN in present - left else []
+        found.append(_study("runs", "All runs", [*reference, *ordered(left)], outcomes, generations))
+    return found
+
+
+def _study(name: str, title: str, arms: Sequence[str], outcomes: Sequence[Outcome], generations: int | None) -> Study:
+    own = tuple(one for one in outcomes if one.arm in arms)
+    count = generations if generations is not None else _shared_generations(arms, own)
+    return Study(
+        name=name,
+        title=title,
+        arms=tuple(arms),
+        generations=count,
+        outcomes=own,
+        missing=tuple(_missing(arms, own, count)),
+    )
+
+
+def _shared_generations(arms: Sequence[str], outcomes: Sequence[Outcome]) -> int:
+    """The most that all runs have which have begun, in the cells that every arm has begun; 0 if none evolves."""
+    begun = [one for one in outcomes if not _not_begun(one)]
+    places = {(one.arm, one.cell) for one in begun}
+    shared = {cell for cell in CELLS if all((arm, cell) in places for arm in arms)}
+    return min((len(one.curve) for one in begun if one.evolves and (one.cell in shared or not shared)), default=0)
+
+
+def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int) -> list[str]:
+    """What keeps the comparison from being whole, each in a line."""
+    lines: list[str] = []
+    by_place = {(one.arm, one.cell, one.seed): one for one in outcomes}
+    seeds = sorted({one.seed for one in outcomes})
+    cells = [cell for cell in CELLS if any(one.cell == cell for one in outcomes)]
+    absent = [cell.title for cell in CELLS if cell not in cells]
+    if absent:
+        lines.append(f"no runs at all: {', '.join(absent)}")
+    for arm in arms:
+        for cell in cells:
+            found = {seed: by_place.get((arm, cell, seed)) for seed in seeds}
+            where = f"{arm_title(arm)}, {cell.title}"
+            lines += _told(where, "no run", [seed for seed, one in found.items() if one is None], len(seeds))
+            here = [one for one in found.values() if one is not None]
+            lines += _unfinished(where, here, generations, len(seeds))
+    return lines
+
+
+def _unfinished(where: str, outcomes: Sequence[Outcome], generations: int, of: int) -> list[str]:
+    lines = _told(where, "not begun", [one.seed for one in outcomes if _not_begun(one)], of)
+    short = [one for one in outcomes if one.evolves and 0 < len(one.curve) < one.planned]
+    if short:
+        fewest, most = min(len(one.curve) for one in short), max(len(one.curve) for one in short)
+        count = str(fewest) if fewest == most else f"{fewest} to {most}"
+        planned = max(one.planned for one in short)
+        lines += _told(where, f"{count} of {planned} generations", [one.seed for one in short], of)
+    unmeasured = [
+        one.seed
+        for one in outcomes
+        if not _not_begun(one) and one not in short and one.fresh_after(generations) is None
+    ]
+    return lines + _told(where, f"no fresh deployments after generation {generations}", unmeasured, of)
+
+
+def _not_begun(one: Outcome) -> bool:
+    return not len(one.curve) if one.evolves else not len(one.deployments)
+
+
+def _told(where: str, what: str, seeds: Sequence[int], of: int) -> list[str]:
+    if not seeds:
+        return []
+    which = "all seeds" if len(seeds) == of else f"seed{'s' * (len(seeds) > 1)} {', '.join(map(str, seeds))}"
+    return [f"{where}: {what} ({which})"]

@@ -1,0 +1,125 @@
+"""Tables: the same rows as CSV, Markdown and LaTeX."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tabulate import tabulate
+
+from slcs2_jax.study.arm import arm_title
+from slcs2_jax.study.collect import Outcome
+from slcs2_jax.study.paper import printed_mean
+from slcs2_jax.study.statistics import Interval
+from slcs2_jax.study.study import BEST, FRESH, METRICS, Study
+
+Row = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a header. Floats and intervals are rounded when printed, and whole in CSV."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+    def markdown(self) -> str:
+        """A pipe table under its title."""
+        rows = [[_cell(value) for value in row] for row in self.rows]
+        return f"**{self.title}**\n\n{tabulate(rows, self.header, tablefmt='pipe', disable_numparse=True)}\n"
+
+    def latex(self) -> str:
+        """A table with booktabs' rules, as wide as the text (graphicx), for \\input."""
+        rows = [[_cell(value) for value in row] for row in self.rows]
+        body = tabulate(rows, self.header, tablefmt="latex_booktabs", disable_numparse=True)
+        title = self.title.replace("%", r"\%")
+        wide = f"\\resizebox{{\\linewidth}}{{!}}{{%\n{body}%\n}}"
+        return f"\\begin{{table}}\n\\centering\n\\caption{{{title}}}\n{wide}\n\\end{{table}}\n"
+
+    def csv(self) -> str:
+        """Comma-separated; an interval fills two columns, low and high; what is not known is empty."""
+        wide = {at for row in self.rows for at, value in enumerate(row) if isinstance(value, Interval)}
+        header = [
+            n
+            for at, name in enumerate(self.header)
+            for n in ((f"{name} low", f"{name} high") if at in wide else (name,))
+        ]
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(header)
+        for row in self.rows:
+            flat: list[object] = []
+            for at, value in enumerate(row):
+                flat += [value] if at not in wide else list(value) if isinstance(value, Interval) else ["", ""]
+            writer.writerow(["" if value is None else value for value in flat])
+        return text.getvalue()
+
+
+def runs_table(outcomes: Sequence[Outcome], root: Path) -> Table:
+    """One row for each instance of each run below a folder: tidy data."""
+    header = (
+        "arm", "environment", "range", "seed", "generations", "generations planned", "best fitness", "fresh mean",
+        "deployments", "evaluations", "env-steps", "folder",
+    )  # fmt: skip
+    rows = []
+    for one in outcomes:
+        done = len(one.curve)
+        rows.append((
+            one.arm, one.cell.environment, one.cell.range, one.seed, done, one.planned, one.best(done),
+            one.fresh_after(done), len(one.deployments), one.evaluations, one.env_steps,
+            str(one.folder.relative_to(root)),
+        ))  # fmt: skip
+    return Table("Every run", header, tuple(rows))
+
+
+def descriptions_table(study: Study) -> Table:
+    """Every arm in every place, by both metrics, with what the paper prints."""
+    header = (
+        "world", "arm", "n", "mean", "SD", "CI90", "BCa 90", "> -1", "> 0", "fresh n", "fresh mean", "fresh SD",
+        "fresh CI90", "paper",
+    )  # fmt: skip
+    rows: list[Row] = []
+    fresh = study.descriptions(FRESH)
+    for (arm, place), one in study.descriptions(BEST).items():
+        other = fresh.get((arm, place))
+        beside: Row = (0, None, None, None) if other is None else (other.count, other.mean, other.sd, other.interval)
+        rows.append((
+            place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.delivering,
+            one.successful, *beside, printed_mean(study.name, arm, place.name),
+        ))  # fmt: skip
+    return Table(f"{study.title}: fitness after {study.generations} generations", header, tuple(rows))
+
+
+def comparisons_table(study: Study, metric: str) -> Table:
+    """The reference against every other arm in every place."""
+    header = (
+        "world", "against", "n", "difference", "BCa 90", "Mann-Whitney p", "Holm p", "Wilcoxon p", "A12", "A12 CI90",
+        "superior (the paper's rule)",
+    )  # fmt: skip
+    rows: list[Row] = []
+    for (arm, place), one in study.comparisons(metric).items():
+        winner = study.reference if one.difference > 0 else arm
+        superior = (
+            "neither"
+            if one.difference == 0
+            else f"{arm_title(winner)}, {'' if one.significant else 'non-'}significantly"
+        )
+        rows.append((
+            place.title, arm_title(arm), one.count, one.difference, one.bootstrap, one.p_mann_whitney, one.p_holm,
+            one.p_wilcoxon, one.a12, one.a12_interval, superior,
+        ))  # fmt: skip
+    title = f"{study.title}: {arm_title(study.reference)} less the other arm, {METRICS[metric]}"
+    return Table(title, header, tuple(rows))
+
+
+def _cell(value: object) -> str:
+    """As a person reads it: three decimals, a dash for what is not known."""
+    if value is None:
+        return "-"
+    if isinstance(value, Interval):
+        return f"[{value.low:.3f}, {value.high:.3f}]"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)

@@ -1,0 +1,243 @@
+"""Whole runs in small worlds: the folders they leave, and that neighbours in the batch change nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slcs2_jax import cli
+from slcs2_jax.config import Compute, InputError, Rules, Search, Settings, Swarm, World
+from slcs2_jax.results import FinishedRun, RunSummary, read_run
+from slcs2_jax.running import driver
+
+GENERATIONS, FRESH, RULES, AGENTS = 4, 5, 20, 4
+
+
+def small(run_dir: Path | None = None, *, environment: str = "open", grammar: str = "main", **values) -> Settings:
+    """A world that random rules can manage, and a short search."""
+    search = {"generations": GENERATIONS, "fresh_deployments": FRESH} | values.pop("search", {})
+    settings = Settings(
+        world=dataclasses.replace(World.preset(environment), distance=190.0, time_limit=300),
+        swarm=Swarm(agents=AGENTS, packets=4),
+        rules=Rules(rules=RULES, grammar=grammar),
+        search=Search(**search),
+        compute=Compute(devices=1, chunk=50),
+        instances=2,
+        run_dir=None if run_dir is None else str(run_dir),
+    )
+    return dataclasses.replace(settings, **values)
+
+
+class Watch:
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.calls: list[dict] = []
+
+    def generation(self, **values) -> None:
+        self.calls.append({name: list(v) if isinstance(v, list) else v for name, v in values.items()})
+
+    def note(self, text: str) -> None:
+        pass
+
+
+def rows(folder: Path) -> dict[int, list[dict]]:
+    """The rows of each seed, in order of generation."""
+    found: dict[int, list[dict]] = {}
+    for row in read_run(folder).rows:
+        found.setdefault(row["seed"], []).append({name: v for name, v in row.items() if name != "instance"})
+    return found
+
+
+def without_time(summary: RunSummary) -> tuple:
+    return summary.instances
+
+
+@pytest.fixture(scope="module")
+def together(tmp_path_factory) -> tuple[Path, Watch, list[RunSummary]]:
+    """Two instances each of the main and the channel grammar, and of the ablations, in one batch."""
+    folder = tmp_path_factory.mktemp("together")
+    watch = Watch()
+    ablation = {"acceptance": "ailta", "exchange": False}
+    settings = [
+        small(folder / "main"),
+        small(folder / "channel", grammar="channel"),
+        small(folder / "ablation", search=ablation),
+    ]
+    return folder, watch, driver.evolve(settings, report=watch)
+
+
+@pytest.fixture(scope="module")
+def main_run(together) -> FinishedRun:
+    return read_run(together[0] / "main")
+
+
+# -- what a run leaves -------------------------------------------------------------------------------------------------
+
+
+def test_every_instance_has_a_row_for_every_generation(main_run):
+    by_seed = rows(main_run.path)
+    assert by_seed.keys() == {0, 1}
+    for own in by_seed.values():
+        assert [row["generation"] for row in own] == list(range(GENERATIONS))
+        assert [row["best"] for row in own] == list(np.maximum.accumulate([row["fitness"] for row in own]))
+        assert own[0]["parent"] == -1
+        assert own[0]["novelty"] is None
+        assert all(row["novelty"] is not None and 0 <= row["novelty"] <= 1 for row in own[1:])
+        assert all(row["deployments"] == (6 if row["fitness"] > 0 else row["deployments"]) for row in own)
+        assert all(len(row["contribution"]) == AGENTS for row in own)
+
+
+def test_something_is_delivered(main_run):
+    assert any(row["delivered"] > 0 for row in main_run.rows)
+    assert any(row["deployments"] == 6 for row in main_run.rows)
+
+
+def test_the_summary_agrees_with_the_rows(together, main_run):
+    assert main_run.summary is not None
+    for instance, own in zip(main_run.summary["instances"], rows(main_run.path).values(), strict=True):
+        assert instance["seed"] == own[0]["seed"]
+        assert instance["best_fitness"] == own[-1]["best"]
+        assert instance["evaluations"] == sum(row["deployments"] for row in own)
+        assert instance["env_steps"] == round(sum(row["deployments"] * row["steps"] for row in own))
+        assert -1 <= instance["fresh_mean"] <= 1
+        assert instance["fresh_sd"] >= 0
+    assert main_run.timing is not None
+    assert main_run.timing["wall_seconds"] > main_run.timing["compile_seconds"] > 0
+    assert 0 < main_run.timing["useful_share"] < 1
+    [summary] = [one for one in together[2] if one.run_dir == str(main_run.path)]
+    assert (main_run.summary, main_run.timing) == (summary.to_json(), summary.timing())
+
+
+def test_the_best_solutions_are_saved_with_what_they_learnt(main_run):
+    assert main_run.summary is not None
+    for number, instance in enumerate(main_run.summary["instances"]):
+        best = main_run.best(number)
+        assert best.fitness == instance["best_fitness"]
+        assert best.instance_seed == instance["seed"]
+        assert best.rules.action.shape == (AGENTS, RULES)
+        assert best.usage.any()
+        assert best.quality[best.usage > 0].any()
+        assert best.settings == dataclasses.replace(main_run.settings, run_dir=None, compute=Compute())
+        assert (best.origin_generation <= best.generation).all()
+        text = (main_run.path / "solutions" / f"instance_{number:03d}_best.txt").read_text()
+        assert text.count("=>") == AGENTS * RULES
+        assert 1 <= len(main_run.members(number)) == rows(main_run.path)[instance["seed"]][-1]["size"]
+
+
+def test_progress_goes_up_to_the_end(together):
+    _, watch, summaries = together
+    last = watch.calls[-1]
+    assert last["done"] == [GENERATIONS] * 6
+    assert last["best"] == [i.best_fitness for summary in summaries for i in summary.instances]
+    assert last["evaluations"] == sum(i.evaluations for summary in summaries for i in summary.instances)
+    for name in ("evaluations", "env_steps"):
+        values = [call[name] for call in watch.calls]
+        assert values == sorted(values)
+    for before, after in zip(watch.calls, watch.calls[1:], strict=False):
+        assert all(new >= old for old, new in zip(before["done"], after["done"], strict=True))
+        assert all(new >= old or math.isnan(old) for old, new in zip(before["best"], after["best"], strict=True))
+
+
+def test_the_ablations_do_what_they_say(together):
+    plain, ablation = rows(together[0] / "main"), rows(together[0] / "ablation")
+    assert any(row["copied"] for own in plain.values() for row in own)
+    assert not any(row["copied"] for own in ablation.values() for row in own)
+    assert all(row["size"] == 1 for own in ablation.values() for row in own)
+    # the first solution is random, and so the same under any search
+    for seed in plain:
+        assert plain[seed][0]["fitness"] == ablation[seed][0]["fitness"]
+
+
+# -- neighbours --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("grammar", ["main", "channel"])
+def test_a_run_alone_gives_the_rows_that_it_gives_beside_others(together, tmp_path, grammar):
+    folder, _, summaries = together
+    [alone] = driver.evolve([small(tmp_path / "alone", grammar=grammar)])
+    assert rows(tmp_path / "alone") == rows(folder / grammar)
+    [beside] = [one for one in summaries if one.run_dir.endswith(grammar)]
+    assert without_time(alone) == without_time(beside)
+
+
+def test_an_instance_alone_gives_the_rows_that_it_gives_among_others(together, tmp_path):
+    driver.evolve([small(tmp_path / "one", seed=1, instances=1)])
+    assert rows(tmp_path / "one") == {1: rows(together[0] / "main")[1]}
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path):
+    contents = []
+    for attempt in ("first", "second"):
+        driver.evolve([small(tmp_path / "run", seed=5)])
+        (tmp_path / "run").rename(tmp_path / attempt)
+        files = sorted(path for path in (tmp_path / attempt).rglob("*.*") if path.suffix in (".npz", ".txt", ".jsonl"))
+        contents.append({path.name: path.read_bytes() for path in files})
+    assert contents[0] == contents[1]
+    assert len(contents[0]) >= 1 + 2 * 2 * 2
+
+
+def test_another_seed_gives_another_run(together):
+    by_seed = rows(together[0] / "main")
+    assert [row["contribution"] for row in by_seed[0]] != [row["contribution"] for row in by_seed[1]]
+
+
+@pytest.mark.slow
+def test_walls_of_neighbours_change_nothing(tmp_path):
+    everywhere = driver.evolve([small(tmp_path / "three", environment="urban", seed=3, instances=3)])
+    alone = driver.evolve([small(tmp_path / "one", environment="urban", seed=4, instances=1)])
+    assert rows(tmp_path / "one")[4] == rows(tmp_path / "three")[4]
+    assert alone[0].instances[0] == everywhere[0].instances[1]
+
+
+def test_runs_that_share_no_batch_come_back_in_order():
+    settings = [
+        small(instances=1, search={"generations": 1, "fresh_deployments": 1}, swarm=Swarm(agents=agents, packets=4))
+        for agents in (3, 2, 3)
+    ]
+    settings = [dataclasses.replace(one, seed=seed) for seed, one in enumerate(settings)]
+    summaries = driver.evolve(settings)
+    assert [summary.instances[0].seed for summary in summaries] == [0, 1, 2]
+    assert [summary.run_dir for summary in summaries] == [""] * 3
+
+
+# -- evaluate ----------------------------------------------------------------------------------------------------------
+
+
+def test_evaluating_the_winner_again_gives_its_fresh_mean(main_run, tmp_path, capfd):
+    assert main_run.summary is not None
+    for number, instance in enumerate(main_run.summary["instances"]):
+        solution = main_run.path / "solutions" / f"instance_{number:03d}_best.npz"
+        out = tmp_path / f"again_{number}"
+        arguments = [f"seed={instance['seed']}", "instances=1", f"deployments={FRESH}", f"run_dir={out}"]
+        compute = ["compute.devices=1", "compute.cache=false", "compute.chunk=50"]
+        assert cli.main(["evaluate", f"solution={solution}", *arguments, *compute]) == 0
+        again = json.loads((out / "summary.json").read_text())
+        assert again["fitness_mean"] == instance["fresh_mean"]
+        [scenario] = again["scenarios"]
+        assert (scenario["fitness_sd"], scenario["deployments"]) == (instance["fresh_sd"], FRESH)
+        assert f"{instance['fresh_mean']:.3f}" in capfd.readouterr().out
+
+
+def test_evaluation_in_other_worlds(main_run):
+    solution = main_run.best(0)
+    settings = dataclasses.replace(main_run.settings, seed=50, instances=3, run_dir=None)
+    summary = driver.evaluate(settings, solution, deployments=2)
+    assert [one.seed for one in summary.scenarios] == [50, 51, 52]
+    assert all(one.deployments == 2 and -1 <= one.fitness <= 1 for one in summary.scenarios)
+    assert summary.mean == pytest.approx(np.mean([one.fitness for one in summary.scenarios]))
+
+
+# -- refusals ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_folder_that_holds_a_run_stays_as_it_is(main_run):
+    before = {path: path.read_bytes() for path in main_run.path.rglob("*") if path.is_file()}
+    with pytest.raises(InputError, match=r"seed=1: run_dir=.* already holds a run with seed=0"):
+        driver.evolve([small(main_run.path, seed=1)])
+    assert {path: path.read_bytes() for path in main_run.path.rglob("*") if path.is_file()} == before

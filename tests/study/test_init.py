@@ -1,0 +1,13 @@
+"""The floor: analysis reads folders and never starts JAX."""
+
+import subprocess
+import sys
+
+
+def test_analysis_does_not_import_jax():
+    code = (
+        "import sys; from slcs2_jax.study import report, figure, calibration; "
+        "from slcs2_jax.commands import experiment; print('jax' in sys.modules)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "False"

@@ -1,0 +1,125 @@
+"""The report as a whole: what it writes, that it writes the same again, and that partial results are told as such."""
+
+import json
+
+import pytest
+
+from slcs2_jax.commands import report as command
+from slcs2_jax.config import InputError
+from slcs2_jax.study.report import write_report
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture
+def runs(make):
+    for seed in range(3):
+        for cell in ("open_short", "urban_short"):
+            make.evolved("slcs2", cell, seed, [0.1 * seed, 0.2 * seed + 0.3], fresh=0.2 * seed)
+        make.evolved("ailta", "open_short", seed, [-0.5, 0.1 * seed - 0.5], fresh=-0.5)
+    make.evolved("ailta", "urban_short", 0, [-0.5], planned=2)
+    return make.root
+
+
+def test_what_is_written_and_that_it_is_the_same_again(runs, tmp_path):
+    first = write_report(runs, tmp_path / "a")
+    second = write_report(runs, tmp_path / "b")
+    names = sorted(path.name for path in first.folder.iterdir())
+    assert names == [
+        "contributions_best.png",
+        "contributions_best.svg",
+        "contributions_best_comparisons.csv",
+        "contributions_curves.png",
+        "contributions_curves.svg",
+        "contributions_fitness.csv",
+        "contributions_fresh_comparisons.csv",
+        "report.md",
+        "runs.csv",
+        "tables.tex",
+        "verdicts.json",
+        "verdicts.md",
+    ]
+    for name in names:
+        assert (first.folder / name).read_bytes() == (second.folder / name).read_bytes(), name
+        assert (first.folder / name).stat().st_size > 50
+
+
+def test_partial_results_are_told(runs):
+    text = (write_report(runs).folder / "report.md").read_text()
+    assert "Compared after 1 generations of every run; the longest has 2." in text
+    assert "- no novelty (AILTA), short urban: no run (seeds 1, 2)" in text
+    assert "- no runs at all: short jammed," in text
+    assert "short overall" not in text
+    # the sentence names its condition, and where the runs come from
+    assert "slcs2_jax 0.1.0" in text
+    assert "Devices: 1 x cpu." in text
+
+
+def test_more_generations_leave_out_what_has_fewer(runs):
+    report = write_report(runs, generations=2)
+    rows = json.loads((report.folder / "verdicts.json").read_text())
+    novelty = next(row for row in rows if row["id"] == "novelty" and row["metric"] == "best")
+    known = {one["place"]: one["count"] for one in novelty["evidence"]}
+    assert (known["open_short"], known["urban_short"], known["open_long"]) == (3, 0, 0)
+    assert novelty["verdict"] == "not enough data"
+
+
+def test_an_older_report_is_replaced(runs):
+    place = write_report(runs).folder
+    (place / "mine.png").write_text("mine")
+    assert (place / "contributions_curves.png").exists()
+    older = place / "grammars_fresh.svg"
+    older.write_text("of runs that are no longer there")
+    write_report(runs)
+    assert not older.exists()
+    assert (place / "mine.png").exists()
+    assert (place / "contributions_curves.png").exists()
+
+
+def test_verdicts_name_their_rule(runs):
+    report = write_report(runs)
+    for row in json.loads((report.folder / "verdicts.json").read_text()):
+        assert row["rule"].startswith("holds:")
+        assert row["verdict"] in ("holds", "holds in direction", "does not hold", "not enough data")
+    text = (report.folder / "verdicts.md").read_text()
+    assert "Without novelty search (AILTA instead)" in text
+    assert "*superior*: holds:" in text
+
+
+def test_the_command(runs, tmp_path, capsys):
+    assert command.run([str(runs), f"out={tmp_path / 'out'}", "generations=1"]) == 0
+    printed = capsys.readouterr().out
+    assert "missing: no novelty (AILTA), short urban: no run (seeds 1, 2)" in printed
+    assert f"report {tmp_path / 'out' / 'report.md'}" in printed
+    assert (tmp_path / "out" / "tables.tex").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "0 folders; accepted is slcs2 report FOLDER"),
+        (["a", "b"], "2 folders"),
+        (["--all"], "option=--all: accepted is --help, or option=value"),
+        (["runs", "generation=3"], "setting=generation: accepted is one of replays, deployment, out, generations"),
+        (["runs", "generations=0"], "generations=0: accepted is a whole number >= 1"),
+        (["nowhere"], "folder=nowhere: no such folder"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=says) as error:
+        command.run(arguments)
+    assert "\n" not in str(error.value)
+
+
+def test_a_place_that_cannot_be_written_to(runs, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match=r"out=.*file: cannot be written"):
+        write_report(runs, tmp_path / "file")
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_single_run(make):
+    make.evolved("slcs2", "open_short", 0, [0.1, 0.2], fresh=0.1)
+    report = write_report(make.root / "slcs2" / "open_short" / "seed_000")
+    assert "| short open | SLCS2 |" in " ".join((report.folder / "report.md").read_text().split())
