@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from slcs2_jax.commands import find, listing
+from slcs2_jax.config import invocation, plugins
 from slcs2_jax.config.errors import InputError, StorageError
 
 USAGE = f"""\
@@ -55,9 +56,16 @@ def _dispatch(arguments: list[str]) -> int:
         return _help(USAGE, settings=True)
     name, *rest = arguments
     command = find(name)
+    plugins.load(plugins.named_in(rest))  # before settings are checked: they may name parts of the plug-ins
     if "-h" in rest or "--help" in rest:
         return _help(command.HELP, settings=command.TAKES_SETTINGS)
-    return command.run(rest)
+    if not command.TAKES_SETTINGS:
+        rest = [argument for argument in rest if not argument.startswith(f"{plugins.SETTING}=")]
+    invocation.begin(arguments)
+    try:
+        return command.run(rest)
+    finally:
+        invocation.end()
 
 
 def _help(text: str, *, settings: bool) -> int:

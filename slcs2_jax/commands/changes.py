@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def folder_and_changes(command: str, arguments: Sequence[str], accepted: Sequence[str]) -> tuple[str, dict[str, Any]]:
     """The folder and the values of the settings that are given. Raises InputError if one of them is not accepted."""
-    from yaml import YAMLError, safe_load  # type: ignore[import-untyped]
+    from yaml import YAMLError, safe_load
 
     folders = [argument for argument in arguments if "=" not in argument]
     if len(folders) != 1 or folders[0].startswith("-"):

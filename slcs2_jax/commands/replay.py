@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.errors import InputError, refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
-slcs2 replay controller=NAME [...]: of a behaviour made by hand
+slcs2 replay policy=NAME [...]: of another policy
 
 By default the best solution, in the world where it evolved, as an animation. Settings change the world: another
 environment, range, seed, ...
 
   instance=0          of the run
   member=best         best, or the number of a member of the collection
-  controller=NAME     what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
+  policy=NAME         what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
   beside=NAME         shown in the same world, below the first: designed, or the path of a text
   deployment=0        which of the fresh deployments in this world
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
@@ -43,7 +43,7 @@ environment, range, seed, ...
 _DEFAULTS: dict[str, Any] = {
     "instance": 0,
     "member": "best",
-    "controller": None,
+    "policy": None,
     "beside": None,
     "deployment": 0,
     "picture": "animation",
@@ -62,14 +62,15 @@ _MOST_FPS = 100
 def run(arguments: list[str]) -> int:
     """Show the episode that the arguments ask for."""
     subjects, options, assignments = told_apart(arguments, _DEFAULTS)
-    if len(subjects) > 1 or not (subjects or options["controller"]):
-        raise InputError("replay: accepted is slcs2 replay RUN, or controller=NAME (slcs2 replay --help)")
+    if len(subjects) > 1 or not (subjects or options["policy"]):
+        raise InputError("replay: accepted is slcs2 replay RUN, or policy=NAME (slcs2 replay --help)")
     one_of("picture", options["picture"], ("animation", "layout", "paths"))
     one_of("field", options["field"], ("none", "power", "sinr"))
     out = _output(options["out"], options["picture"])
     for name, most in (("end", None), ("every", None), ("fps", _MOST_FPS)):
         _whole(name, options[name], most)
     from slcs2_jax.config.compose import Job, run_hydra
+    from slcs2_jax.config.overlay import deployment_primary
 
     solution = look_at(subjects[0], options["instance"], options["member"]) if subjects else None
 
@@ -78,7 +79,9 @@ def run(arguments: list[str]) -> int:
             _show(solution, job, options, out)
         return [0.0] * len(jobs)
 
-    run_hydra("evaluate", assignments, together)
+    evolved = None if solution is None else solution.settings
+    seed = 0 if solution is None else solution.instance_seed
+    run_hydra(deployment_primary("replay", evolved, own={}, seed=seed), CommandLine.parse(assignments), together)
     return 0
 
 
@@ -111,15 +114,10 @@ def _whole(name: str, said: Any, most: int | None = None) -> None:
 
 
 def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out: Path) -> None:
-    from slcs2_jax.config.overlay import evaluation_settings, take
-    from slcs2_jax.config.schema import settings_from
+    from slcs2_jax.config.overlay import deployment_settings
 
-    config, _ = take(job.config, "solution", "controller", "deployments")
-    settings = (
-        settings_from(config) if solution is None else evaluation_settings(solution.settings, config, job.overrides)
-    )
-    own_seed = solution is not None and not any(override.startswith("seed=") for override in job.overrides)
-    seed = solution.instance_seed if solution is not None and own_seed else settings.seed
+    settings = deployment_settings(job.config, None if solution is None else solution.settings)
+    seed = settings.seed
     titles, recordings = [], []
     for title, compute in _episodes(solution, settings, seed, options):
         recordings.append(_computed(compute, title))
@@ -140,9 +138,9 @@ def _episodes(
 
     place = {"seed": seed, "deployment": options["deployment"]}
     found: list[tuple[str, Compute]] = []
-    if options["controller"] is None and solution is not None:
+    if options["policy"] is None and solution is not None:
         found.append(("evolved", partial(replay, solution, settings, **place)))
-    for name in (options["controller"], options["beside"]):
+    for name in (options["policy"], options["beside"]):
         if name is not None:
             found.append((Path(name).stem, partial(replay_behaviour, load_behaviour(name), settings, **place)))
     return found

@@ -14,6 +14,7 @@ slcs2 resume FOLDER [setting=value ...]: go on with the run in FOLDER, or with a
 Every run that was interrupted goes on from where it was saved, all of them in one batch, and ends with the same bytes
 in its results as if it had never been interrupted. Repeating the command that started them does the same.
 
+  plugins=[MODULE]      those that the runs were begun with, if any
   generations=N         go further than was asked for before: the same as if N generations had been asked for at once
   compute.devices=N     what of the machine is used now: devices and cache; nothing else of a run can be changed
   checkpoint.seconds=S  how often runs are saved from now on: seconds and generations

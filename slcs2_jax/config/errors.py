@@ -1,4 +1,6 @@
-"""What the project raises when something it was given cannot be used, or cannot be stored."""
+"""What the project raises when something it was given cannot be used, or cannot be stored; and how it says so."""
+
+from __future__ import annotations
 
 
 class InputError(ValueError):
@@ -7,3 +9,22 @@ class InputError(ValueError):
 
 class StorageError(OSError):
     """A file could not be written or read, through no fault of what was asked: one line naming it and what to do."""
+
+
+def show(value: object) -> str:
+    """A value as a user would type it, on one line and never long."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        text = "[" + ",".join(show(entry) for entry in value) + "]"
+    else:
+        text = str(value) if isinstance(value, str | int | float) else repr(value)
+    text = " ".join(text.split())
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def refuse(name: str, value: object, accepts: str) -> InputError:
+    """The error for one setting, in the one form all of them have."""
+    return InputError(f"{name}={show(value)}: accepted is {accepts}")

@@ -6,24 +6,18 @@ Statuses are explained in `field.STATUS_MEANING`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from slcs2_jax.config.field import Section, refuse, setting, show
+from slcs2_jax.config.conf import choices
+from slcs2_jax.config.errors import refuse, show
+from slcs2_jax.config.field import Section, setting
 
 LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 CALIBRATED = "first values that bring results to the paper's magnitude"
 
-# What environment= and range= of the command line stand for; conf/environment and conf/range say the same.
-ENVIRONMENTS: dict[str, dict[str, Any]] = {
-    "open": {"buildings": False, "jammer": False},
-    "jammed": {"buildings": False, "jammer": True},
-    "urban": {"buildings": True, "jammer": False},
-    "urban_jammed": {"buildings": True, "jammer": True},
-}
-RANGES: dict[str, dict[str, Any]] = {
-    "short": {"distance": 600.0, "time_limit": 20_000},
-    "long": {"distance": 1000.0, "time_limit": 40_000},
-}
+# What environment= and range= of the command line set in a world.
+ENVIRONMENTS = choices("environment", ("open", "jammed", "urban", "urban_jammed"))
+RANGES = choices("range", ("short", "long"))
 
 
 @dataclass(frozen=True)
@@ -93,7 +87,7 @@ class World(Section):
             raise refuse("environment", environment, "one of " + ", ".join(ENVIRONMENTS))
         if range not in tuple(RANGES):
             raise refuse("range", range, "one of " + ", ".join(RANGES))
-        return cls(environment=environment, range=range, **ENVIRONMENTS[environment], **RANGES[range])
+        return cls(**ENVIRONMENTS[environment], **RANGES[range])
 
     def cross_check(self) -> None:
         for name, value in ENVIRONMENTS[self.environment].items():

@@ -13,10 +13,28 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.errors import InputError, refuse, show
 
 SETTING = "plugins"
+
+_loaded: dict[str, str] = {}  # by name, the digest of each that was imported in this process
+
+
+def named_in(arguments: Sequence[str]) -> tuple[str, ...]:
+    """The modules in `plugins=[my_module,...]` or `plugins=my_module` among a command's arguments, the last such."""
+    found: tuple[str, ...] = ()
+    for argument in arguments:
+        name, equals, text = argument.partition("=")
+        if name == SETTING and equals:
+            inner = text.strip()
+            inner = inner[1:-1] if inner[:1] == "[" and inner[-1:] == "]" else inner
+            found = tuple(entry.strip().strip("'\"") for entry in inner.split(",")) if inner.strip() else ()
+    return found
+
+
+def loaded() -> dict[str, str]:
+    """Of each plug-in that was loaded in this process, the SHA-256 (hex) of its source then."""
+    return dict(_loaded)
 
 
 def load(modules: Sequence[str]) -> dict[str, str]:
@@ -25,7 +43,9 @@ def load(modules: Sequence[str]) -> dict[str, str]:
     Modules are looked for where Python looks, and in the current folder. Raises InputError naming the one that cannot
     be imported, and why.
     """
-    return {name: _load(name) for name in modules}
+    found = {name: _load(name) for name in modules}
+    _loaded.update(found)
+    return found
 
 
 def _load(name: str) -> str:

@@ -6,8 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.errors import InputError, refuse, show
 
 Part = TypeVar("Part")
 

@@ -11,8 +11,8 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import Described, described, refuse, show
+from slcs2_jax.config.errors import InputError, refuse, show
+from slcs2_jax.config.field import Described, described
 from slcs2_jax.config.settings import SECTIONS, Settings
 
 
@@ -94,5 +94,10 @@ def settings_to_dict(settings: Settings) -> dict[str, Any]:
         *parents, last = field.name.split(".")
         for parent in parents:
             place = place.setdefault(parent, {})
-        place[last] = value
+        place[last] = plain_value(value)
     return nested
+
+
+def plain_value(value: Any) -> Any:
+    """A setting's value as files and Hydra have it."""
+    return list(value) if isinstance(value, tuple) else value

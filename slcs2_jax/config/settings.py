@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import Section, refuse, setting
+from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.field import Section, setting
 from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, World
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
@@ -20,6 +20,12 @@ class Search(Section):
 
     SECTION: ClassVar[str] = "search"
 
+    algorithm: str = setting(
+        "slcs2",
+        "what proposes solutions and learns from their evaluations; set by search=",
+        status="paper",
+        part="search",
+    )
     generations: int = setting(
         500, "generations, one new solution each", name="generations", status="paper", low=1, high=10**7
     )
@@ -28,7 +34,7 @@ class Search(Section):
         "which solutions are kept: the collection of the paper, or ailta (ablation)",
         name="acceptance",
         status="paper",
-        options=("domination", "ailta"),
+        part="acceptance",
     )
     exchange: bool = setting(
         True, "do offspring take rules from a donor; off is an ablation", name="exchange", status="paper"
@@ -138,6 +144,9 @@ class Settings(Section):
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
     instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
+    plugins: tuple[str, ...] = setting(
+        (), "modules that register parts of your own: plugins=[my_module]; imported because you name them", status="run"
+    )
     run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
 
     def cross_check(self) -> None:
