@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax import __version__, cli, runtime
-from slcs2_jax.config import Rules, Search, Settings, Swarm, World, settings_table
+from slcs2_jax.config import Rules, Search, Settings, Swarm, World, plugins, settings_table
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import RuleSets, load_grammar, random_rules
 from slcs2_jax.results import (
     EvaluationSummary,
@@ -354,6 +355,62 @@ def test_as_a_module(tmp_path):
     done = command("-m", "slcs2_jax", "evolve", "seed=-1", cwd=tmp_path, env=environment())
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "slcs2: error: seed=-1: accepted is a whole number from 0 to 2147483647\n"
+
+
+PLUGIN = """
+from slcs2_jax.config.registry import register
+
+
+@register("search", "{name}")
+class Mine:
+    pass
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path):
+    """A module in the current folder that brings a search; its name is the module's."""
+    name = f"slcs2_test_cli_plugin_{tmp_path.name}"
+    (tmp_path / f"{name}.py").write_text(PLUGIN.format(name=name))
+    yield name
+    plugins.forget(name)
+    KINDS["search"].forget(name)
+    sys.modules.pop(name, None)
+
+
+def test_a_plug_in_is_named_recorded_and_asked_for_again(driver, plugin, tmp_path, capfd):
+    assert "accepted is one of slcs2, random" in refused(capfd, "evolve", f"search={plugin}")
+    assert cli.main(["evolve", f"search={plugin}", f"plugins=[{plugin}]", "run_dir=mine"]) == 0
+    [[settings]] = driver.evolved
+    assert (settings.search.name, settings.plugins) == (plugin, (plugin,))
+    capfd.readouterr()
+
+    # as in a new process: the folder alone brings nothing in
+    plugins.forget(plugin)
+    KINDS["search"].forget(plugin)
+    sys.modules.pop(plugin)
+    for command in (["resume", "mine"], ["repeat", "mine"], ["report", "mine"], ["watch", "mine", "once=on"],
+                    ["replay", "mine"], ["rules", "mine"]):  # fmt: skip
+        line = refused(capfd, *command)
+        assert f"needs the plug-in {plugin}" in line
+        assert f"accepted is plugins=[{plugin}], if you trust it" in line
+    assert plugin not in sys.modules
+    assert cli.main(["resume", "mine", f"plugins=[{plugin}]", "generations=501"]) == 0
+    assert driver.evolved[1][0].plugins == (plugin,)
+    capfd.readouterr()
+
+    sys.modules.pop(plugin)
+    with (tmp_path / f"{plugin}.py").open("a") as file:
+        file.write("# changed\n")
+    assert "has changed since" in refused(capfd, "resume", "mine", f"plugins=[{plugin}]")
+
+
+def test_a_plug_in_that_a_group_names_is_not_imported(driver, plugin, tmp_path, capfd):
+    (tmp_path / "groups" / "radio").mkdir(parents=True)
+    (tmp_path / "groups" / "radio" / "theirs.yaml").write_text(f"# @package _global_\nplugins: [{plugin}]\n")
+    line = refused(capfd, "evolve", "--config-dir", "groups", "radio=theirs")
+    assert f"needs the plug-in {plugin}" in line
+    assert plugin not in sys.modules
 
 
 def environment() -> dict[str, str]:

@@ -61,7 +61,7 @@ def run_hydra(primary: Primary, line: CommandLine, together: Together) -> None:
         elif line.show:
             print(_shown(primary, overrides, line.show), end="", flush=True)
         elif line.sweep:
-            _sweep(primary, overrides, swept, together, elsewhere=line.names_launcher)
+            _sweep(primary, line, overrides, swept, together)
         else:
             with _complaints_in_one_line():
                 from hydra import compose
@@ -70,15 +70,13 @@ def run_hydra(primary: Primary, line: CommandLine, together: Together) -> None:
             together([job])
 
 
-def _sweep(
-    primary: Primary, overrides: list[str], swept: Sequence[str], together: Together, *, elsewhere: bool
-) -> None:
-    """Let Hydra's sweeper and launcher make the jobs and run them; `elsewhere`: perhaps in other processes."""
+def _sweep(primary: Primary, line: CommandLine, overrides: list[str], swept: Sequence[str], together: Together) -> None:
+    """Let Hydra's sweeper and launcher make the jobs and run them, perhaps in other processes."""
     from hydra.core.global_hydra import GlobalHydra
     from hydra.core.hydra_config import HydraConfig
 
     own: list[BaseException] = []  # errors of `together`, as opposed to Hydra's
-    command = invocation.command()
+    command, modules = invocation.command(), plugins.named_in(line.overrides)
 
     def run(jobs: list[Job]) -> list[float]:
         try:
@@ -89,7 +87,7 @@ def _sweep(
 
     def task(config: Any) -> float:
         invocation.remember(command)
-        plugins.load(config.get(plugins.SETTING) or ())  # in the process of a launcher they are not there yet
+        plugins.load(modules)  # in the process of a launcher they are not there yet
         return run([make_job(config, HydraConfig.get().overrides.task, swept)])[0]
 
     def sweep(jobs: list[tuple[Any, Sequence[str]]]) -> list[float]:
@@ -98,7 +96,7 @@ def _sweep(
     task.together = sweep  # type: ignore[attr-defined]
     hydra = GlobalHydra.instance().hydra
     assert hydra is not None
-    with _complaints_in_one_line(own, elsewhere=elsewhere):
+    with _complaints_in_one_line(own, elsewhere=line.names_launcher):
         hydra.multirun(primary.name, task, overrides, with_log_configuration=False)
 
 

@@ -45,8 +45,8 @@ class Doc:
 
     `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings; `part` is
     the kind of part that the value names (`registry.KINDS`), whose names are then accepted; `fewest`/`most` bound the
-    length of a list; `name` is what a user types if it differs from section.field; `reason` says where the value comes
-    from.
+    length of a list, whose entries differ if `distinct`; `name` is what a user types if it differs from section.field;
+    `reason` says where the value comes from.
     """
 
     help: str
@@ -60,6 +60,7 @@ class Doc:
     part: str = ""
     fewest: int = 0
     most: int | None = None
+    distinct: bool = False
     name: str | None = None
 
     @property
@@ -116,7 +117,7 @@ def accepted(field: Described) -> str:
         entries = {int: "whole numbers", float: "finite numbers", str: "texts"}[field.kind]
         if doc.names:
             entries = "some of " + ", ".join(doc.names)
-        return f"a list of {entries}{_bounds(doc)}{_length(doc)}"
+        return f"a list of {'different ' if doc.distinct else ''}{entries}{_bounds(doc)}{_length(doc)}"
     if doc.names:
         words = "one of " + ", ".join(doc.names)
     elif field.kind is bool:
@@ -153,9 +154,11 @@ def check(field: Described, value: object) -> Any:
         entries = [value] if isinstance(value, field.kind) else value
         if not isinstance(entries, list | tuple):
             raise TypeError
-        if not field.doc.fewest <= len(entries) <= (field.doc.most or len(entries)):
+        found = tuple(_checked(field, entry) for entry in entries)
+        too_long = field.doc.most is not None and len(found) > field.doc.most
+        if len(found) < field.doc.fewest or too_long or (field.doc.distinct and len(set(found)) < len(found)):
             raise ValueError
-        return tuple(_checked(field, entry) for entry in entries)
+        return found
     except (TypeError, ValueError, OverflowError):
         raise refuse(field.name, value, accepted(field)) from None
 

@@ -17,6 +17,11 @@ from slcs2_jax.config.errors import InputError, refuse, show
 
 SETTING = "plugins"
 
+
+class PluginError(InputError):
+    """What a file holds was made with a plug-in that is not loaded, or is another one now."""
+
+
 _loaded: dict[str, str] = {}  # by name, the digest of each that was imported in this process
 
 
@@ -35,6 +40,11 @@ def named_in(arguments: Sequence[str]) -> tuple[str, ...]:
 def loaded() -> dict[str, str]:
     """Of each plug-in that was loaded in this process, the SHA-256 (hex) of its source then."""
     return dict(_loaded)
+
+
+def forget(name: str) -> None:
+    """Count a plug-in as not loaded; for tests and notebooks."""
+    _loaded.pop(name, None)
 
 
 def load(modules: Sequence[str]) -> dict[str, str]:
@@ -81,18 +91,34 @@ def _digest(module: Any) -> str:
     return hashlib.sha256(source).hexdigest()
 
 
-def check_same(recorded: Mapping[str, str], loaded: Mapping[str, str], where: str) -> None:
-    """Raise InputError unless every plug-in recorded at `where` is loaded, with the source it had then."""
-    missing = [name for name in recorded if name not in loaded]
-    if missing:
-        names = ",".join([*loaded, *missing])
-        raise InputError(
-            f"{where}: was made with the plug-in {missing[0]}, and no file may import it; accepted is "
-            f"{SETTING}=[{names}], if you trust it"
-        )
+def check_same(record: Mapping[str, Any], where: str) -> None:
+    """Raise PluginError unless every plug-in in a file's record is loaded, with the source it had then.
+
+    Raises TypeError or ValueError if the entry is damaged.
+    """
+    recorded = {str(name): str(digest) for name, digest in dict(record.get(SETTING, {})).items()}
+    check_named(list(recorded), where)
     for name, digest in recorded.items():
-        if loaded[name] != digest:
-            raise InputError(
+        if _loaded[name] != digest:
+            raise PluginError(
                 f"{where}: the plug-in {name} has changed since; accepted is its source of then (SHA-256 "
                 f"{digest[:12]}...), or another run_dir"
             )
+
+
+def check_named(modules: object, where: str) -> None:
+    """Raise PluginError unless each of the modules that settings name is loaded; what is no list of names passes."""
+    if not isinstance(modules, list | tuple):
+        return
+    missing = [name for name in modules if isinstance(name, str) and name not in _loaded]
+    if missing:
+        names = ",".join(show(name) for name in modules)
+        raise PluginError(
+            f"{where}: needs the plug-in {show(missing[0])}, which is imported only if you name it; accepted is "
+            f"{SETTING}=[{names[:200]}], if you trust it"
+        )
+
+
+def recorded(modules: Sequence[str]) -> dict[str, dict[str, str]]:
+    """The entry in a file's record for settings with these plug-ins, to be checked with `check_same`; {} for none."""
+    return {SETTING: {name: _loaded.get(name, "") for name in modules}} if modules else {}

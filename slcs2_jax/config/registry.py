@@ -143,7 +143,7 @@ KINDS: dict[str, Registry] = {
         ),
         Registry(
             "search",
-            "search",
+            "search.name",
             "proposes solutions and learns from their evaluations",
             {"slcs2": "slcs2_jax.search.slcs2:Slcs2", "random": "slcs2_jax.search.random:RandomSearch"},
         ),

@@ -11,6 +11,7 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from slcs2_jax.config import plugins
 from slcs2_jax.config.errors import InputError, refuse, show
 from slcs2_jax.config.field import Described, described
 from slcs2_jax.config.settings import SECTIONS, Settings
@@ -64,8 +65,10 @@ def unknown_setting(path: str) -> InputError:
 def settings_from(mapping: Mapping[str, Any]) -> Settings:
     """Settings from a nested mapping; what is missing keeps its default. Raises InputError naming the field.
 
-    A setting may stand under both of its names only with one value.
+    A setting may stand under both of its names only with one value. Plug-ins that the mapping names must be loaded: it
+    may come from a file, which imports nothing (PluginError).
     """
+    plugins.check_named(mapping.get(plugins.SETTING), plugins.SETTING)  # first: they bring names that settings have
     paths = accepted_paths()
     found: dict[tuple[str, str], Any] = {}
     for path, value in flatten(mapping).items():

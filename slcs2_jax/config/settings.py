@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from slcs2_jax.config import plugins
 from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.field import Section, setting
 from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, World
@@ -20,7 +21,7 @@ class Search(Section):
 
     SECTION: ClassVar[str] = "search"
 
-    algorithm: str = setting(
+    name: str = setting(
         "slcs2",
         "what proposes solutions and learns from their evaluations; set by search=",
         status="paper",
@@ -153,6 +154,7 @@ class Settings(Section):
         for name, kind in SECTIONS.items():
             if not isinstance(getattr(self, name), kind):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
+        plugins.check_named(self.plugins, plugins.SETTING)
         world, net = self.world, self.radio.network_range
         if world.jammer and net >= world.distance / 2:
             raise InputError(

@@ -12,7 +12,7 @@ from slcs2_jax.config.settings import SECTIONS, Settings
 
 # Groups whose name is also what a user types for the setting that their options set: a value that is no option is that
 # setting's, such as the path of a grammar or a search that a plug-in brings.
-BY_VALUE = {"grammar": "rules.grammar", "search": "search.algorithm"}
+BY_VALUE = {"grammar": "rules.grammar", "search": "search.name"}
 CHOICES = {"environment": "open", "range": "short", "grammar": "main", "search": "slcs2"}
 
 # Hydra writes nothing of its own: the run folder is run_dir, and the console is the program's.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax import __version__
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, invocation, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.results.documents import check_format, checksum
@@ -55,7 +54,7 @@ def new_record(kind: str, device: str, more: Mapping[str, Any]) -> dict[str, Any
         "format": FORMAT,
         "kind": kind,
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "command": _printable(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]])) if sys.argv else "",
+        "command": _printable(invocation.command()),
         "device": device,
         "versions": versions(),
         **more,
@@ -111,7 +110,10 @@ def read_config(folder: Path) -> RunConfig:
         if said != checksum(content):
             raise InputError("its checksum does not fit: it was damaged or changed by hand")
         del content["record"]
+        plugins.check_same(record, str(file))
         return RunConfig(settings_from(content), record)
+    except plugins.PluginError:
+        raise
     except (ValueError, LookupError, AttributeError, TypeError, RecursionError, yaml.YAMLError) as error:
         raise InputError(f"{label} ({show(str(error))}); start the run again in another folder") from None
 

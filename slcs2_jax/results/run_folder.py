@@ -13,7 +13,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.field import show
 from slcs2_jax.results.archive import read_archive, write_archive
 from slcs2_jax.results.documents import write_document
@@ -94,7 +94,7 @@ class RunFolder:
         folder = check_free(settings.run_dir)
         with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
-        config = RunConfig(settings, new_record(kind, device, record or {}))
+        config = RunConfig(settings, new_record(kind, device, {**(record or {}), **plugins.recorded(settings.plugins)}))
         write_config(folder, config)
         return cls(folder, config)
 
@@ -121,7 +121,7 @@ class RunFolder:
             if found is None:
                 data = grammar_text().encode("utf-8", "surrogatepass")
                 write_whole(folder / GRAMMAR, lambda file: file.write(data))
-                more = {**record, "grammar_crc": _crc(data)}
+                more = {**record, "grammar_crc": _crc(data), **plugins.recorded(settings.plugins)}
                 found = RunConfig(settings, new_record("evolve", device, more))
                 write_config(folder, found)
             elif found.settings.search.generations < settings.search.generations:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import path_of
 from slcs2_jax.config.field import refuse
 from slcs2_jax.grammar import RuleSets, rule_from_mask
@@ -121,6 +121,7 @@ class SavedSolution:
             "deployments": int(self.deployments),
             "grammar_text": self.grammar_text,
             "settings": settings_to_dict(self.settings),
+            **plugins.recorded(self.settings.plugins),
         }
         arrays = {name: getattr(self, name) for name in _OTHER}
         write_archive(path, FORMAT, arrays | {"mask": self.rules.mask, "action": self.rules.action}, about)
@@ -161,6 +162,8 @@ def load_solution(path: str | Path) -> SavedSolution:
     try:
         with storing(file, "read"):
             return _from_entries(*read_archive(file, FORMAT))
+    except plugins.PluginError as error:
+        raise InputError(f"{label}: {error}") from None
     except InputError as error:
         raise InputError(f"{label}: not a solution saved by slcs2 ({error})") from None
 
@@ -174,11 +177,13 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
     expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULES).items()}
     expected |= {"contribution": (np.float32, shape[:1]), "mask": (np.uint32, (*shape, MASK_WORDS))}
     check_arrays(entries, expected)
+    with_plugins = {plugins.SETTING: about.pop(plugins.SETTING)} if plugins.SETTING in about else {}
     if set(about) != set(_ABOUT):
         raise InputError("its description is not that of a solution")
     for name, kind in _ABOUT.items():
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
             raise InputError(f"{name}={about[name]!r} has the wrong type")
+    plugins.check_same(with_plugins, "plugins")
     settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")

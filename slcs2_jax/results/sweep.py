@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
@@ -81,6 +81,8 @@ def _plain(settings: Settings) -> dict[str, Any]:
 def _settings(plain: Any, file: Path) -> Settings:
     try:
         return settings_from(plain)
+    except plugins.PluginError as error:
+        raise InputError(f"{file}: {error}") from None
     except (InputError, AttributeError, TypeError) as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
 
