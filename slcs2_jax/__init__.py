@@ -21,6 +21,7 @@ _HOMES = {
         "Settings",
         "StorageError",
         "Swarm",
+        "Task",
         "World",
         "settings_table",
     ),
