@@ -51,10 +51,8 @@ def bind_list(decisions: DecisionList, agents: int) -> BoundPolicy:
     return bind_rules(decisions.rule_sets(agents), decisions, FirstMatch())
 
 
-def bind(policy: Policy | str, given: Any, *, channels: tuple[int, ...] = (0,)) -> BoundPolicy:
+def bind(policy: Policy | str, given: Any) -> BoundPolicy:
     """A policy of another kind, or the one registered under a name, with its parameters: any pytree of arrays.
-
-    channels: indices of the channels that its agents may use.
 
     Raises InputError for a name that is none, or something that is no policy.
     """
@@ -62,4 +60,5 @@ def bind(policy: Policy | str, given: Any, *, channels: tuple[int, ...] = (0,)) 
         policy = KINDS["policy"].get(policy)()
     if not isinstance(policy, Policy):
         raise InputError(f"policy: {type(policy).__name__}; accepted is a Policy or the name of one")
-    return BoundPolicy(policy, jax.tree.map(np.asarray, given), Language.whole(Vocabulary.current()), channels)
+    language = getattr(policy, "language", None) or Language.whole(Vocabulary.current())
+    return BoundPolicy(policy, jax.tree.map(np.asarray, given), language, policy.channels)

@@ -57,6 +57,11 @@ class Policy(abc.ABC):
     and never change: a frozen dataclass, or a plain object of a class without attributes.
     """
 
+    @property
+    def channels(self) -> tuple[int, ...]:
+        """Indices of the channels that the agents use."""
+        return (0,)
+
     def arrays(self, given: Any, language: Language) -> Any:
         """The parameters of one deployment as NumPy arrays without a batch axis; `given` is what the user deploys."""
         return given
