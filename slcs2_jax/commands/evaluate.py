@@ -97,15 +97,15 @@ def _solution(path: Any, solution: SavedSolution, settings: Settings) -> _What:
 
 def _policy(name: Any, settings: Settings) -> _What:
     from slcs2_jax.commands.deployed import BEHAVIOUR
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.study.collect import CONTROLLER
 
-    behaviour = load_behaviour(str(name))
+    behaviour = load_decision_list(str(name))
 
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
         from slcs2_jax.running import driver
 
-        return driver.evaluate_behaviour(settings, behaviour, deployments=deployments, report=report)
+        return driver.evaluate_list(settings, behaviour, deployments=deployments, report=report)
 
     return _What({CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
 

@@ -309,6 +309,16 @@ class Learning(Section):
 
 
 @dataclass(frozen=True)
+class Task(Section):
+    """When an episode is over, what it scores, and what a step is worth."""
+
+    SECTION: ClassVar[str] = "task"
+
+    name: str = setting("delivery", "when an episode is over, and what it scores", status="paper", part="task")
+    reward: str = setting("progress", "what a step is worth to each agent", status="paper", part="reward")
+
+
+@dataclass(frozen=True)
 class Rules(Section):
     """Rule-sets and the grammar that makes them (spec section 5)."""
 
