@@ -15,6 +15,7 @@ slcs2: evolve and evaluate the behaviour of swarms (SLCS2, arXiv 1910.12412)
 
 {listing()}  slcs2 --version
   slcs2 COMMAND --help
+  slcs2 --completion bash|zsh|fish    what a shell evaluates to complete all of this
 
 Examples:
   slcs2 evolve environment=urban range=short seed=0 instances=8 generations=500 grammar=main
@@ -54,6 +55,8 @@ def _dispatch(arguments: list[str]) -> int:
         return 0
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         return _help(USAGE, settings=True)
+    if arguments[0] in ("--completion", "--complete"):
+        return _completion(arguments[0], arguments[1:])
     name, *rest = arguments
     command = find(name)
     plugins.load(plugins.named_in(rest))  # before settings are checked: they may name parts of the plug-ins
@@ -66,6 +69,13 @@ def _dispatch(arguments: list[str]) -> int:
         return command.run(rest)
     finally:
         invocation.end()
+
+
+def _completion(option: str, words: list[str]) -> int:
+    from slcs2_jax.commands.completion import candidates, script
+
+    print(script(words) if option == "--completion" else "".join(f"{word}\n" for word in candidates(words)), end="")
+    return 0
 
 
 def _help(text: str, *, settings: bool) -> int:

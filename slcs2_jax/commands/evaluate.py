@@ -26,6 +26,7 @@ What is not given is as it was when the solution evolved; agents, rules and gram
 policy it is as slcs2 evolve has it. With run_dir=PATH the summary is written there too.
 """
 _OWN: dict[str, Any] = {"solution": None, "policy": None, "deployments": 1}
+OPTIONS = tuple(_OWN)
 
 
 def run(arguments: list[str]) -> int:

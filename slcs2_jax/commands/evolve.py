@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from slcs2_jax.config.compose import Job
 
 TAKES_SETTINGS = True
+OPTIONS = ()
 HELP = """\
 slcs2 evolve [setting=value ...]: evolve rule-sets in one world type; writes a run folder and shows progress on stderr
 

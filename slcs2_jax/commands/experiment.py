@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from slcs2_jax.study.experiment import Planned
 
 TAKES_SETTINGS = True
+OPTIONS = ("arm",)
 HELP = """\
 slcs2 experiment NAME [setting=value ...]: an experiment of the paper in its eight cells, then the report on it
 

@@ -54,6 +54,7 @@ _DEFAULTS: dict[str, Any] = {
     "fps": 20,
     "out": None,
 }
+OPTIONS = tuple(_DEFAULTS)
 _FRAMES = 300
 _MOST_FRAMES = 5000
 _MOST_FPS = 100

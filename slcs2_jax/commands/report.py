@@ -31,6 +31,7 @@ figures as PNG and SVG, and verdicts.md and verdicts.json: each claim of the pap
 Only instances and generations that all arms have are compared; what is missing is listed.
 """
 _DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None}
+OPTIONS = tuple(_DEFAULTS)
 
 
 def run(arguments: list[str]) -> int:

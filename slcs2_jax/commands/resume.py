@@ -20,7 +20,7 @@ in its results as if it had never been interrupted. Repeating the command that s
   checkpoint.seconds=S  how often runs are saved from now on: seconds and generations
 Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 143 interrupted again.
 """
-_ACCEPTED = (
+OPTIONS = (
     "generations",
     "compute.devices",
     "compute.cache",
@@ -31,7 +31,7 @@ _ACCEPTED = (
 
 def run(arguments: list[str]) -> int:
     """Go on with what is below the folder."""
-    folder, changes = folder_and_changes("resume", arguments, _ACCEPTED)
+    folder, changes = folder_and_changes("resume", arguments, OPTIONS)
     from slcs2_jax.results.sweep import runs_below
 
     settings, others = runs_below(folder)

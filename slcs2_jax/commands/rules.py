@@ -35,6 +35,7 @@ _DEFAULTS: dict[str, Any] = {
     "format": "text",
     "out": None,
 }
+OPTIONS = tuple(_DEFAULTS)
 
 
 def run(arguments: list[str]) -> int:
