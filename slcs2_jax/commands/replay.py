@@ -34,7 +34,7 @@ environment, range, seed, ...
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
                       paths: the way of every agent
   field=none          none, power or sinr: mean received power or SINR of the strongest sender, as a map under the rest
-  start=0 end=auto    the span, time-steps; auto: the end of the episode
+  start=0 end=auto    the span, time-steps; auto: the end of the episode. Later ones are not computed
   every=auto          time-steps from frame to frame; auto: so that there are about 300 frames
   fps=20              frames per second
   out=FILE            a new file: .gif or .mp4 of an animation; .png, .svg or .pdf of the others. Without it,
@@ -122,9 +122,10 @@ def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out
     titles, recordings = [], []
     for title, compute in _episodes(solution, settings, seed, options):
         recordings.append(_computed(compute, title))
+        one = recordings[-1]
+        figure = f"fitness {one.fitness:.3f}" if one.ended else f"the first {one.steps} steps"
         titles.append(
-            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, "
-            f"fitness {recordings[-1].fitness:.3f}"
+            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, {figure}"
         )
         print(titles[-1], flush=True)
     _write(recordings, titles, options, out)
@@ -137,7 +138,8 @@ def _episodes(
     from slcs2_jax.looking.solutions import replay, replay_list
     from slcs2_jax.policy.decision_list import load_decision_list
 
-    place = {"seed": seed, "deployment": options["deployment"]}
+    steps = None if options["end"] == "auto" else int(options["end"])
+    place = {"seed": seed, "deployment": options["deployment"], "steps": steps}
     found: list[tuple[str, Compute]] = []
     if options["policy"] is None and solution is not None:
         found.append(("evolved", partial(replay, solution, settings, **place)))
