@@ -302,6 +302,9 @@ class Learning(Section):
         low=0,
         high=24,
     )
+    initial_quality: float = setting(
+        0.0, "q of every rule at the start of an episode; above 0 is optimism", status="paper", low=-1e3, high=1e3
+    )
     cost_move: float = setting(0.10, "C_a of a move", reason="small beside one step's progress", low=0, high=1e6)
     cost_communicate: float = setting(
         0.05, "C_a of a send or collect", reason="small beside one step's progress", low=0, high=1e6
