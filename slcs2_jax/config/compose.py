@@ -79,6 +79,8 @@ def _sweep(primary: Primary, line: CommandLine, overrides: list[str], swept: Seq
     command, modules = invocation.command(), plugins.named_in(line.overrides)
 
     def run(jobs: list[Job]) -> list[float]:
+        if not jobs:
+            raise InputError("option -m: no combination of values; accepted are values that exist")
         try:
             return together(jobs)
         except Exception as error:

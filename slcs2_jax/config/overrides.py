@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from slcs2_jax.config.errors import InputError, refuse, show
-from slcs2_jax.config.field import Described, check
+from slcs2_jax.config.field import Described, accepted, check
 from slcs2_jax.config.schema import accepted_paths, unknown_setting
 from slcs2_jax.config.store import BY_VALUE, Primary
 
@@ -81,12 +81,20 @@ class Checker:
 
     def _setting(self, override: Any, text: str) -> tuple[str, str]:
         """An assignment to a setting under the name that the configuration has it, its values checked."""
+        from hydra.core.override_parser.types import ValueType
+
         path, field = self._fields[override.key_or_group]
         value = text.partition("=")[2]
+        if override.value_type is ValueType.GLOB_CHOICE_SWEEP:
+            raise refuse(field.name, value, accepted(field))
         for given in _values(override):
             if isinstance(given, str) and "${" in given:
                 continue  # known only when everything is composed, and checked then
-            if field.kind is str and not field.is_list and type(given) in (int, float):
+            if (
+                field.kind is str
+                and type(given) in (int, float)
+                and not (field.is_list or override.is_sweep_override())
+            ):
                 value = f"'{value}'"  # a text that looks like a number
             else:
                 check(field, given)

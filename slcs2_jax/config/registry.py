@@ -52,7 +52,7 @@ class Registry:
             module, _, attribute = self._built_in[name].partition(":")
             text = _documentation(module, attribute)
         paragraph = " ".join((text or "").split("\n\n")[0].split())
-        return re.split(r"(?<=[.:]) ", paragraph)[0] if len(paragraph) > LONGEST_SUMMARY else paragraph
+        return re.split(r"(?<=[.]) ", paragraph)[0] if len(paragraph) > LONGEST_SUMMARY else paragraph
 
     def get(self, name: str) -> Any:
         """The part of this name. Raises InputError naming the setting and the names that exist."""
