@@ -1,6 +1,7 @@
 """The console command: what it prints, what it hands to the driver, and one line for any bad input."""
 
 import os
+import shlex
 import subprocess
 import sys
 import types
@@ -355,6 +356,28 @@ def test_as_a_module(tmp_path):
     done = command("-m", "slcs2_jax", "evolve", "seed=-1", cwd=tmp_path, env=environment())
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "slcs2: error: seed=-1: accepted is a whole number from 0 to 2147483647\n"
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["evolve", "seed=3", "run_dir=it's here/a b"],
+        ["evolve", "-m", "seed=1,2", "environment=open,urban", "run_dir=all"],
+        ["evolve", "-m", "seed=1,2", "hydra/launcher=basic", "run_dir=all"],
+        ["evolve", "run_dir=here", "--config-dir", "my groups", "radio=mine"],
+    ],
+)
+def test_a_recorded_command_can_be_pasted(typed, driver, tmp_path):
+    (tmp_path / "my groups" / "radio").mkdir(parents=True)
+    (tmp_path / "my groups" / "radio" / "mine.yaml").write_text("noise_dbm: -90.0\n")
+    assert cli.main(typed) == 0
+    first, driver.evolved = driver.evolved, []
+    for run in first[0]:
+        name, *again = shlex.split(read_run(run.run_dir).record["command"])
+        assert name == "slcs2"
+        assert cli.main(again) == 0
+        assert driver.evolved == first
+        driver.evolved = []
 
 
 PLUGIN = """
