@@ -19,11 +19,11 @@ from slcs2_jax.policy import classifier, strength
 from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.policy.learning import LearningParameters
 from slcs2_jax.policy.protocol import Controller
-from slcs2_jax.swarm import knowledge, links
+from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as world
 from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.observation import Observation
-from slcs2_jax.swarm.state import State, initial_state, running
+from slcs2_jax.swarm.state import State, running
 from slcs2_jax.swarm.step import Outcome, Physics
 from slcs2_jax.world.arena import Arena
 
@@ -84,9 +84,7 @@ def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) ->
     chex.assert_shape(rules.action, (None, *agents))
     chex.assert_shape(rules.mask, (None, *rules.action.shape))
     chex.assert_type([key, rules.mask, rules.action, arena.start_x], [np.uint32, np.uint32, np.uint8, np.float32])
-    physics = parameters.physics
-    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
-    state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))
+    state = world.begin(arena, key, parameters.physics)
     return Episode(arena, rules, state, parameters.controller.initial_memory(rules, parameters.learning))
 
 

@@ -22,6 +22,7 @@ from slcs2_jax.config.errors import InputError
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.world.arena import Arena, stack
+from slcs2_jax.world.emitters import JammerRoom
 from slcs2_jax.world.scenario import Scenario
 
 AXIS = "slots"
@@ -30,13 +31,14 @@ LANES = 16  # slots per device come in multiples of this: what vector units take
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """Static sizes of a batch: agents, rules, words per condition, channels, rows for walls."""
+    """Static sizes of a batch: agents, rules, words per condition, channels, rows for walls, and room for jammers."""
 
     agents: int
     rules: int
     words: int
     channels: int
     walls: tuple[int, int]
+    jammers: JammerRoom | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -124,7 +126,8 @@ class Rollout:
         n, r = self._shape.agents, self._shape.rules
         if job.action.shape != (n, r) or job.mask.shape[:2] != (n, r):
             raise InputError(f"solution: {job.action.shape} agents and rules; accepted is ({n}, {r})")
-        one = stack([job.scenario], [job.channels], capacity=self._shape.walls, width=self._shape.channels)
+        shape = self._shape
+        one = stack([job.scenario], [job.channels], capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
         jax.tree.map(partial(_write, slot), self._arena, one)
         self._rules.mask[..., slot] = job.mask.transpose(2, 1, 0)[: self._shape.words]
         self._rules.action[..., slot] = job.action.T
@@ -179,14 +182,14 @@ def _vacant(shape: Shape, slots: int) -> tuple[Any, Any, NDArray[np.uint32]]:
         seed=0,
         sink=np.zeros(2, np.float32),
         sink_estimate=np.zeros(2, np.float32),
-        jammer=None,
+        jammers=(),
         vertical=np.zeros((0, 3), np.float32),
         horizontal=np.zeros((0, 3), np.float32),
         wall_thickness=0.0,
         start=np.zeros((shape.agents, 2), np.float32),
         time_limit=0,
     )
-    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels)
+    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
     rules = Rules(
         mask=np.zeros((shape.words, shape.rules, shape.agents, slots), np.uint32),  # type: ignore[arg-type]
         action=np.zeros((shape.rules, shape.agents, slots), np.uint8),  # type: ignore[arg-type]

@@ -76,4 +76,4 @@ def _received(senders: jax.Array, x: jax.Array, y: jax.Array, walls: Walls, radi
     x1, x2 = jnp.broadcast_arrays(senders[:, :1], x)
     y1, y2 = jnp.broadcast_arrays(senders[:, 1:], y)
     crossed = count_crossings(x1, y1, x2, y2, walls)
-    return received_power((x2 - x1) ** 2 + (y2 - y1) ** 2, crossed, jnp.zeros_like(crossed), radio)
+    return received_power((x2 - x1) ** 2 + (y2 - y1) ** 2, crossed, None, radio)

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.swarm import roles
+from slcs2_jax.swarm import jamming, roles
 from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.swarm.selection import least, take
 from slcs2_jax.swarm.state import State, SwarmParameters, lift
@@ -68,6 +68,7 @@ def interpret(
     node = roles.resolve(target, members, observation.everybody, parameters.speed)
     place_x, place_y = take(observation.everybody.x, node), take(observation.everybody.y, node)
     obstacle = nearest_obstacle(state, arena, parameters)
+    jammer_x, jammer_y = jamming.believed(state, arena)
     to_obstacle = target == vocabulary.OBSTACLE
     to_jammer = target == vocabulary.JAMMER
     known = jnp.where(
@@ -81,8 +82,8 @@ def interpret(
         collects=collects,
         sends=sends,
         direction=direction,
-        place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, arena.jammer_x, place_x)),
-        place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, arena.jammer_y, place_y)),
+        place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, jammer_x, place_x)),
+        place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, jammer_y, place_y)),
         place_known=known,
         node=node,
         channel=channel,
