@@ -2,7 +2,7 @@
 
 from slcs2_jax.config.errors import InputError, StorageError
 from slcs2_jax.config.jammers import Jammers
-from slcs2_jax.config.model import Learning, Rules, Swarm, World
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
 from slcs2_jax.config.schema import settings_from, settings_to_dict
 from slcs2_jax.config.settings import Checkpoint, Compute, Search, Settings
@@ -21,6 +21,7 @@ __all__ = [
     "Settings",
     "StorageError",
     "Swarm",
+    "Task",
     "World",
     "settings_from",
     "settings_table",

@@ -8,7 +8,7 @@ from typing import ClassVar
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import LEAST, Section, refuse, setting
 from slcs2_jax.config.jammers import Jammers
-from slcs2_jax.config.model import Learning, Rules, Swarm, World
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
@@ -136,6 +136,7 @@ class Settings(Section):
     swarm: Swarm = field(default_factory=Swarm)
     learning: Learning = field(default_factory=Learning)
     rules: Rules = field(default_factory=Rules)
+    task: Task = field(default_factory=Task)
     search: Search = field(default_factory=Search)
     compute: Compute = field(default_factory=Compute)
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
@@ -168,6 +169,7 @@ SECTIONS: dict[str, type[Section]] = {
     "swarm": Swarm,
     "learning": Learning,
     "rules": Rules,
+    "task": Task,
     "search": Search,
     "compute": Compute,
     "checkpoint": Checkpoint,

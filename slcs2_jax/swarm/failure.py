@@ -7,16 +7,14 @@ when the step before ends.
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.config.settings import Swarm
 from slcs2_jax.world import randomness
 from slcs2_jax.world.randomness import Purpose
-
-# Imported by `state`, which holds the parameters: so this takes arrays, and `step` knows where they come from.
 
 
 @jax.tree_util.register_dataclass
@@ -39,15 +37,15 @@ class FailureParameters:
     keeps_packet: bool = dataclasses.field(metadata={"static": True})
 
     @classmethod
-    def of(cls, swarm: Swarm) -> FailureParameters | None:
-        """Take the values from the settings; None if nobody ever fails."""
-        if not swarm.fails:
+    def of(cls, swarm: Any) -> FailureParameters | None:
+        """Take the values from the settings, or anything with their attributes; None if nobody ever fails."""
+        if not isinstance(swarm.failure_rate, jax.Array) and swarm.failure_rate == 0 and not swarm.failures_at:
             return None
         return cls(
             rate=jnp.float32(swarm.failure_rate),
             recovery=jnp.float32(0 if swarm.recovery_steps is None else 1 / swarm.recovery_steps),
             times=jnp.array(swarm.failures_at, jnp.int32),
-            count=jnp.int32(round(swarm.failure_share * swarm.agents)),
+            count=jnp.round(jnp.float32(swarm.failure_share * swarm.agents)).astype(jnp.int32),
             keeps_packet=swarm.failure_keeps_packet,
         )
 

@@ -19,6 +19,7 @@ from slcs2_jax.world.geometry import SLACK
 
 UNKNOWN = np.int32(-1)  # time of knowledge never had
 WORD = 32  # agents per word of a packet's history
+OTHER_NODES = 3  # source, sink and jammer, behind the agents
 
 
 @jax.tree_util.register_dataclass
@@ -129,14 +130,19 @@ class State:
     lost: jax.Array | None = None
 
     @property
+    def settled(self) -> jax.Array:
+        """Packets that are no longer under way, delivered or lost: int32 [...]."""
+        return self.delivered if self.lost is None else self.delivered + self.lost
+
+    @property
     def x(self) -> jax.Array:
         """The agents' places along the line from source to sink: float32 [n, ...], m."""
-        return self.node_x[:-3]
+        return self.node_x[:-OTHER_NODES]
 
     @property
     def y(self) -> jax.Array:
         """The agents' places across that line: float32 [n, ...], m."""
-        return self.node_y[:-3]
+        return self.node_y[:-OTHER_NODES]
 
 
 def initial_state(
@@ -154,7 +160,7 @@ def initial_state(
     n, *batch = arena.start_x.shape
     pairs = jnp.zeros((n, n, *batch), jnp.float32)
     origin = jnp.zeros_like(arena.sink_x)
-    nodes = n + 3
+    nodes = n + OTHER_NODES
     return State(
         t=jnp.zeros(batch, jnp.int32),
         key=key,
@@ -193,12 +199,6 @@ def _initial_jammers(arena: Arena) -> JammerState | None:
         seen_y=unseen,
         seen_range=unseen,
     )
-
-
-def running(state: State, arena: Arena, parameters: SwarmParameters) -> jax.Array:
-    """Whether the episode goes on: packets are under way and time is left (spec 4): bool [...]."""
-    settled = state.delivered if state.lost is None else state.delivered + state.lost
-    return (settled < parameters.packets) & (state.t < arena.time_limit)
 
 
 def lift(constant: np.ndarray, like: jax.Array) -> np.ndarray:

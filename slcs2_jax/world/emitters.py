@@ -42,6 +42,17 @@ def jammer_room(scenarios: Sequence[Scenario]) -> JammerRoom | None:
     )
 
 
+def has_room(room: JammerRoom | None, scenario: Scenario) -> bool:
+    """Whether a scenario's jammers fit."""
+    needed = jammer_room([scenario])
+    if needed is None and room is not None:
+        return len(scenario.jammers) == 0 or ({"reactive"} <= {*room.emissions} and {"fixed"} <= {*room.motions})
+    if needed is None or room is None:
+        return needed is None
+    kinds = {*needed.emissions} <= {*room.emissions} and {*needed.motions} <= {*room.motions}
+    return kinds and needed.count <= room.count and needed.points <= room.points
+
+
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Emitters:
@@ -71,10 +82,7 @@ class Emitters:
 
 
 def stack_emitters(scenarios: Sequence[Scenario], room: JammerRoom) -> Emitters:
-    """The jammers of scenarios, along the last axis, as NumPy arrays.
-
-    Raises ValueError if the room does not do: that of all the scenarios together does.
-    """
+    """The jammers of scenarios, for each of which there is room, along the last axis, as NumPy arrays."""
     columns = [_column(scenario, room) for scenario in scenarios]
     fields: dict[str, Any] = {
         name: np.stack([column[name] for column in columns], axis=-1) for name in (columns[0] if columns else ())
@@ -84,8 +92,6 @@ def stack_emitters(scenarios: Sequence[Scenario], room: JammerRoom) -> Emitters:
 
 def _column(scenario: Scenario, room: JammerRoom) -> dict[str, np.ndarray]:
     jammers = [*scenario.jammers, *[_ABSENT] * (room.count - len(scenario.jammers))]
-    if len(jammers) > room.count:
-        raise ValueError(f"{len(jammers)} jammers; there is room for {room.count}")
     routes = np.array([[j.place, *j.route, *[j.place] * (room.points - 1 - len(j.route))] for j in jammers], np.float32)
     here = np.arange(room.count) < len(scenario.jammers)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
 from typing import Any
 
 import jax
@@ -39,26 +38,25 @@ class RadioParameters:
     network_range: jax.Array  # m, net
 
     @classmethod
-    def of(cls, radio: Radio, **changed: Any) -> RadioParameters:
+    def of(cls, radio: Any) -> RadioParameters:
         """Convert settings in dB and dBm.
 
-        `changed` are physical settings of the radio by name in place of its own: traced arrays too, so that a program
-        compiled once serves every value; what derives from them, the network range above all, follows.
+        `radio` are the settings, or anything with their attributes, of which numbers may be traced arrays: then a
+        program compiled once serves every value, and what derives from them, the network range above all, follows.
 
         Raises InputError naming a user's part that gives wrong shapes, types or numbers.
         """
-        kinds = {kind: KINDS[kind].get(getattr(radio, kind)) for kind in ("propagation", "fading")}
-        said = SimpleNamespace(**{f.name: getattr(radio, f.name) for f in dataclasses.fields(radio)} | changed)
+        parts = {kind: KINDS[kind].get(getattr(radio, kind)) for kind in ("propagation", "fading")}
         made = cls(
-            propagation=kinds["propagation"].of(said),
-            fading=kinds["fading"].of(said),
-            noise=jnp.float32(milliwatts(said.noise_dbm)),
-            sensitivity=jnp.float32(milliwatts(said.receive_threshold_dbm)),
-            threshold=jnp.float32(milliwatts(said.sinr_threshold_db)),
-            half_power=jnp.float32(milliwatts(said.half_power_db)),
-            network_range=jnp.float32(kinds["propagation"].reach(said)),
+            propagation=parts["propagation"].of(radio),
+            fading=parts["fading"].of(radio),
+            noise=jnp.float32(milliwatts(radio.noise_dbm)),
+            sensitivity=jnp.float32(milliwatts(radio.receive_threshold_dbm)),
+            threshold=jnp.float32(milliwatts(radio.sinr_threshold_db)),
+            half_power=jnp.float32(milliwatts(radio.half_power_db)),
+            network_range=jnp.float32(parts["propagation"].reach(radio)),
         )
-        if not changed:
+        if isinstance(radio, Radio):
             _try_out(made, radio)
         return made
 

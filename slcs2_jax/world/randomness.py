@@ -28,6 +28,7 @@ class Purpose(enum.IntEnum):
     FAILURE = 6
     RECOVERY = 7
     FAILURE_LOT = 8  # who fails at a given time
+    POLICY = 16
 
 
 def _first_round(x: jax.Array) -> jax.Array:
