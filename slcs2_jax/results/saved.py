@@ -167,9 +167,9 @@ def _in_words(rules: RuleSets) -> tuple[list[str], NDArray[np.int32]]:
     return list(places), np.array(which, np.int32).reshape(rules.action.shape)
 
 
-def _from_words(texts: list[Any], which: NDArray[np.int32]) -> RuleSets:
+def _from_words(texts: list[Any], which: NDArray[np.int32], channels: tuple[int, ...]) -> RuleSets:
     """The rules that `_in_words` was given, by the numbers that clauses and actions have now. Raises InputError."""
-    vocabulary = Vocabulary.current()
+    vocabulary = Vocabulary.current(channels)
     if not all(isinstance(text, str) for text in texts) or which.min() < 0 or which.max() >= len(texts):
         raise InputError("its rules are not those of a solution")
     known = [parse_rule_text(text, vocabulary) for text in texts]
@@ -208,5 +208,5 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}
-    rules = _from_words(about.pop("rules"), entries["rule"])
+    rules = _from_words(about.pop("rules"), entries["rule"], settings.radio.channels)
     return SavedSolution(rules=rules, settings=settings, **arrays, **about)

@@ -56,7 +56,6 @@ def scenario_from_text(settings: Settings, seed: int) -> Scenario:
 
 def scenario_text(scenario: Scenario) -> str:
     """The scenario as such a file. Reading it with the same settings gives the same scenario."""
-    import yaml
 
     def places(array: np.ndarray) -> Any:
         return [[float(value) for value in row] for row in array.reshape(-1, 2)]
@@ -65,19 +64,28 @@ def scenario_text(scenario: Scenario) -> str:
     walls += [{"from": [low, at], "to": [high, at]} for at, low, high in scenario.horizontal.tolist()]
     jammers = []
     for jammer in scenario.jammers:
-        said = {name: getattr(jammer, name) for name in _JAMMER} | {"place": places(jammer.place)[0]}
-        said["route"] = places(jammer.route)
+        said = {name: getattr(jammer, name) for name in _JAMMER}
+        said |= {"place": places(jammer.place)[0], "route": places(jammer.route)}
         jammers.append({name: value for name, value in said.items() if name == "place" or value != _default(name)})
-    content = {
-        "sink": places(scenario.sink)[0],
-        "sink_estimate": places(scenario.sink_estimate)[0],
-        "time_limit": int(scenario.time_limit),
-        "wall_thickness": float(scenario.wall_thickness),
-        "walls": walls,
-        "jammers": jammers,
-        "starts": places(scenario.start),
-    }
-    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=120)
+    lines = [
+        f"# {scenario.environment}, seed {scenario.seed}; lengths in m, the source is the origin",
+        f"sink: {places(scenario.sink)[0]}",
+        f"sink_estimate: {places(scenario.sink_estimate)[0]}",
+        f"time_limit: {int(scenario.time_limit)}",
+        f"wall_thickness: {float(scenario.wall_thickness)}",
+        *_list("walls", walls),
+        *_list("jammers", jammers),
+        *_list("starts", places(scenario.start)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _list(name: str, items: Sequence[Any]) -> list[str]:
+    """A list in YAML, an item a line."""
+    import yaml
+
+    said = [yaml.safe_dump(item, sort_keys=False, default_flow_style=True, width=10**6).strip() for item in items]
+    return [f"{name}:", *(f"  - {item}" for item in said)] if said else [f"{name}: []"]
 
 
 def _default(name: str) -> Any:
