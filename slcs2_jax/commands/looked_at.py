@@ -72,8 +72,10 @@ def new_file(path: str | None) -> Path | None:
     """Where output goes, None for the terminal. Raises InputError if the file exists or its folder does not."""
     if path is None:
         return None
+    from slcs2_jax.config.door import present
+
     file = Path(path)
-    if file.exists():
+    if present(file):
         raise InputError(f"out={show(path)}: exists; accepted is a new file")
     if not file.parent.is_dir():
         raise InputError(f"out={show(path)}: there is no folder {show(str(file.parent))}; accepted is a file in one")
@@ -82,10 +84,11 @@ def new_file(path: str | None) -> Path | None:
 
 def look_into(path: str) -> FinishedRun:
     """The run of evolution in a folder; says so if it has not ended. Raises InputError if the folder holds none."""
+    from slcs2_jax.config.door import present
     from slcs2_jax.results import read_run
     from slcs2_jax.results.run_config import CONFIG, read_config
 
-    if not (Path(path) / CONFIG).is_file():
+    if not present(Path(path) / CONFIG):
         raise InputError(f"run={show(path)}: holds no run; accepted is the folder of a run")
     if not read_config(Path(path)).evolves:
         raise InputError(f"run={show(path)}: holds an evaluation; accepted is the folder of a run of evolution")
@@ -104,7 +107,7 @@ def look_at(path: str, instance: int, member: str) -> SavedSolution:
     """The solution that is asked for: in a run folder, or a saved one itself. Raises InputError if there is none."""
     from slcs2_jax.results import load_solution
 
-    if Path(path).is_file():
+    if not Path(path).is_dir():
         return load_solution(path)
     run = look_into(path)
     from slcs2_jax.looking.solutions import member_of

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args, get_type_hints
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
 
@@ -76,13 +77,13 @@ def described(section: type) -> Iterator[Described]:
 
 
 def show(value: object) -> str:
-    """A value as a user would type it, on one line and never long."""
+    """A value as a user would type it, on one line, printable and never long."""
     if value is None:
         return "null"
     if isinstance(value, bool):
         return str(value).lower()
     text = str(value) if isinstance(value, str | int | float) else repr(value)
-    text = " ".join(text.split())
+    text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 
 
