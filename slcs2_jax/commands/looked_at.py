@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse, show
 
 if TYPE_CHECKING:
@@ -96,8 +97,8 @@ def look_into(path: str) -> FinishedRun:
     if run.summary is None:
         done = len(run.rows) / run.settings.instances
         print(
-            f"{path} has not ended: {done:.0f} of {run.settings.search.generations} generations; shown is what was "
-            "saved last",
+            f"{terminal(path)} has not ended: {done:.0f} of {run.settings.search.generations} generations; shown is "
+            "what was saved last",
             file=sys.stderr,
         )
     return run

@@ -15,7 +15,7 @@ _LATEX = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
-    '"': r"\textquotedbl{}",
+    '"': r"\char34{}",
     "`": r"\textasciigrave{}",
     **{letter: f"\\{letter}" for letter in "&%$#_{}"},
 }
@@ -58,8 +58,9 @@ def markdown_code(text: str) -> str:
 
 
 def latex(text: str) -> str:
-    """As text, in a caption and a tabular's cell too."""
-    return "".join(_LATEX.get(letter, letter) for letter in terminal(" ".join(text.split())))
+    """As text, in a caption and a tabular's cell too, where a bracket or a star would belong to the rule before it."""
+    plain = terminal(" ".join(text.split()))
+    return "{}" * plain.startswith(("[", "*")) + "".join(_LATEX.get(letter, letter) for letter in plain)
 
 
 def csv_cell(text: str) -> str:

@@ -15,7 +15,7 @@ _DIGITS = re.compile(r"[-+0-9a-fA-FxoXO_.:]{200,}\Z")  # base 60 takes the squar
 
 def parse_yaml(data: bytes | str) -> Any:
     """The value of a YAML text of at most 1 MiB. Raises InputError of one line (without the file's name)."""
-    import yaml  # type: ignore[import-untyped]
+    import yaml
 
     if len(data) > MOST_BYTES:
         raise InputError(f"{len(data):,} bytes of YAML; accepted are at most {MOST_BYTES:,}")

@@ -88,7 +88,7 @@ def versions() -> dict[str, str]:
 
 def write_config(folder: Path, config: RunConfig) -> None:
     """Write config.yaml, whole or not at all. Raises StorageError."""
-    import yaml  # type: ignore[import-untyped]
+    import yaml
 
     content = settings_to_dict(config.settings) | {"record": dict(config.record)}
     content["record"]["checksum"] = checksum(content)

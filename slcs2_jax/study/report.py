@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError
+from slcs2_jax.config import InputError, escape
 from slcs2_jax.config.field import show
 from slcs2_jax.results.files import make_folder, write_text
 from slcs2_jax.results.progress import duration
@@ -194,7 +194,7 @@ def _markdown(
 ) -> str:
     parts = ["# Report", _provenance(outcomes)]
     for study in found:
-        parts += [f"## {study.title}", _state(study)]
+        parts += [f"## {escape.markdown(study.title)}", _state(study)]
         parts += [f"![{path.stem}]({path.name})" for path in drawn.get(study.name, []) if path.suffix == ".png"]
         parts += [table.markdown() for table in _tables(study)]
     parts += [_NOTES, "## The paper's claims", verdicts_markdown(findings)]
@@ -211,7 +211,7 @@ def _state(study: Study) -> str:
         rest = f"; the longest has {most}" if most > study.generations else ""
         lines.append(f"Compared after {study.generations} generations of every run{rest}.")
     if study.missing:
-        lines += ["", "Missing:", "", *(f"- {line}" for line in study.missing)]
+        lines += ["", "Missing:", "", *(f"- {escape.markdown(line)}" for line in study.missing)]
     else:
         lines.append("Nothing is missing.")
     return "\n".join(lines)
@@ -228,8 +228,9 @@ def _provenance(outcomes: Sequence[Outcome]) -> str:
     devices = sorted({str(one.record.get("device", "unknown")) for one in outcomes})
     versions = sorted({_versions(one.record) for one in outcomes})
     commands = sorted({_command(one.record) for one in outcomes})
-    lines += [f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}.", "", "Commands:", ""]
-    return "\n".join([*lines, *(f"- `{command}`" for command in commands)])
+    made = f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}."
+    lines += [escape.markdown(made), "", "Commands:", ""]
+    return "\n".join([*lines, *(f"- {escape.markdown_code(command)}" for command in commands)])
 
 
 def _command(record: Any) -> str:
