@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -108,7 +109,7 @@ def look_at(path: str, instance: int, member: str) -> SavedSolution:
     """The solution that is asked for: in a run folder, or a saved one itself. Raises InputError if there is none."""
     from slcs2_jax.results import load_solution
 
-    if not Path(path).is_dir():
+    if Path(path).suffix == ".npz" or os.path.isfile(path):
         return load_solution(path)
     run = look_into(path)
     from slcs2_jax.looking.solutions import member_of
