@@ -12,10 +12,10 @@ from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.door import present, telling_damage
 from slcs2_jax.config.field import refuse, show
-from slcs2_jax.grammar import RuleSets, parse_grammar
+from slcs2_jax.grammar import Grammar, RuleSets
 from slcs2_jax.looking.recording import Recording, record
-from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.decision_text import Behaviour
+from slcs2_jax.policy.bound import bind_list, bind_rules
+from slcs2_jax.policy.decision_list import DecisionList
 from slcs2_jax.results import FinishedRun, SavedSolution
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.files import storing
@@ -126,31 +126,23 @@ def replay(
     of_kind("solution", solution, SavedSolution)
     settings = of_kind("settings", settings, Settings) if settings is not None else solution.settings
     solution.check_fits(settings)
-    rules = settings.rules
-    grammar = parse_grammar(
-        solution.grammar_text,
-        name=rules.grammar,
-        max_clauses=rules.max_clauses,
-        single_option_consumes=rules.single_option_consumes,
-    )
+    grammar = Grammar.of(settings, solution.grammar_text)
     scenario = make_scenario(settings, solution.instance_seed if seed is None else seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
-    return record(settings, scenario, solution.rules, grammar.channels_used, key, after_chunk=after_chunk)
+    return record(settings, scenario, bind_rules(solution.rules, grammar), key, after_chunk=after_chunk)
 
 
-def replay_behaviour(
-    behaviour: Behaviour,
+def replay_list(
+    decisions: DecisionList,
     settings: Settings,
     *,
     seed: int,
     deployment: int = 0,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
-    """A deployment of a behaviour made by hand, recorded; arguments as `replay` has them."""
-    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(behaviour.rules)))
+    """A deployment of a decision list, recorded; arguments as `replay` has them."""
     scenario = make_scenario(settings, seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
-    rules = behaviour.rule_sets(settings.swarm.agents)
     runtime.configure(settings.compute)
-    return record(settings, scenario, rules, behaviour.channels_used, key, controller=designed, after_chunk=after_chunk)
+    return record(settings, scenario, bind_list(decisions, settings.swarm.agents), key, after_chunk=after_chunk)

@@ -12,7 +12,7 @@ import shapely
 import shapely.ops
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.grammar.vocabulary import ACTIONS, MOVE_TARGETS, N_ACTIONS, NO_ACTION, SEND_TARGETS
+from slcs2_jax.grammar.vocabulary import MOVE_TARGETS, NO_ACTION, PAPER, SEND_TARGETS
 from slcs2_jax.swarm.intent import nearest_obstacle
 
 VERTICAL = [(20, -10, 40), (61, 0, 30)]
@@ -23,7 +23,7 @@ def interpret(make, state, links, arena, action, seen=None):
     physics = make.physics()
     seen = make.see(state, links, arena, physics) if seen is None else seen
     actions = jnp.full(len(state.x), action, jnp.int32)
-    intent = make.interpret(actions, seen, state, arena, physics.radio, physics.swarm)
+    intent = make.interpret(actions, seen.view, physics.language)
     return jax.tree.map(np.asarray, intent)
 
 
@@ -54,9 +54,9 @@ def worlds(make):
     return [(view, make.see(*view, make.physics())) for view in views]
 
 
-@pytest.mark.parametrize("number", range(N_ACTIONS))
+@pytest.mark.parametrize("number", range(len(PAPER.actions)))
 def test_every_action(make, worlds, number):
-    action = ACTIONS[number]
+    action = PAPER.actions[number]
     known = []
     for (state, links, arena), seen in worlds:
         got = interpret(make, state, links, arena, number, seen)
@@ -95,8 +95,8 @@ def test_sending_goes_to_those_heard_and_moving_to_those_known(make):
     arena = make.arena([(200, 0), (230, 0), (260, 0)])
     state = make.know(make.state(arena, t=5), {(0, 1): (3, 230, 0), (0, 2): (5, 260, 0)})
     links = make.links(3, heard=[(0, 2)])
-    sends = interpret(make, state, links, arena, vocabulary.send_action(vocabulary.SI))
-    moves = interpret(make, state, links, arena, vocabulary.move_action(vocabulary.TOWARD, vocabulary.SI))
+    sends = interpret(make, state, links, arena, PAPER.send_action(vocabulary.SI))
+    moves = interpret(make, state, links, arena, PAPER.move_action(vocabulary.TOWARD, vocabulary.SI))
     assert sends.node[0] == 2
     assert (moves.place_x[0], moves.place_y[0]) == (230, 0)
 
@@ -105,13 +105,13 @@ def test_sending_goes_to_those_heard_and_moving_to_those_known(make):
 def test_sending_to_source_or_sink_needs_hearing_it(make, target, node):
     arena = make.arena([(200, 0), (230, 0), (260, 0)])
     for heard, expected in ([(0, node)], node), ([(0, 7 - node), (0, 1)], 5):
-        got = interpret(make, make.state(arena), make.links(3, heard=heard), arena, vocabulary.send_action(target))
+        got = interpret(make, make.state(arena), make.links(3, heard=heard), arena, PAPER.send_action(target))
         assert got.node[0] == expected
 
 
 def test_the_sink_is_moved_to_where_it_is_believed(make):
     arena = make.arena([(200, 0), (230, 0)], estimate=(555, 7))
-    got = interpret(make, make.state(arena), make.links(2), arena, vocabulary.move_action(0, vocabulary.SINK))
+    got = interpret(make, make.state(arena), make.links(2), arena, PAPER.move_action(0, vocabulary.SINK))
     assert (got.place_x[0], got.place_y[0]) == (555, 7)
 
 
@@ -137,5 +137,5 @@ def test_a_wall_comes_before_an_agent_as_near(make):
 @pytest.mark.parametrize(("apart", "seen"), [(9.9, True), (10, True), (10.1, False)])
 def test_the_lidar_sees_as_far_as_its_range(make, apart, seen):
     arena = make.arena([(100, 0), (100 + apart, 0)])
-    got = interpret(make, make.state(arena), make.links(2), arena, vocabulary.move_action(1, vocabulary.OBSTACLE))
+    got = interpret(make, make.state(arena), make.links(2), arena, PAPER.move_action(1, vocabulary.OBSTACLE))
     assert got.place_known.tolist() == [seen, seen]
