@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -127,7 +128,7 @@ def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out
         titles.append(
             f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, {figure}"
         )
-        print(titles[-1], flush=True)
+        print(terminal(titles[-1]), flush=True)
     _write(recordings, titles, options, out)
 
 
@@ -169,7 +170,7 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
 
         with own_style():
             write_figure(still(recordings, titles, options["picture"], start=start, end=end, field=field), out)
-        print(f"{options['picture']} {out}", flush=True)
+        print(f"{options['picture']} {terminal(str(out))}", flush=True)
         return
     from slcs2_jax.looking.animation import animate
     from slcs2_jax.results.progress import counting
@@ -189,4 +190,4 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
             field=field,
             after_frame=count,
         )
-    print(f"replay {out}: {frames} frames, {every} time-steps from one to the next", flush=True)
+    print(f"replay {terminal(str(out))}: {frames} frames, {every} time-steps from one to the next", flush=True)

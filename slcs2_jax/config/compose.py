@@ -18,6 +18,7 @@ from slcs2_jax.config.conf import conf_dir, groups, options
 from slcs2_jax.config.errors import InputError, show
 from slcs2_jax.config.overrides import Checker
 from slcs2_jax.config.store import BY_VALUE, CHOICES, Primary
+from slcs2_jax.config.world_text import with_world_text
 
 Together = Callable[[list["Job"]], list[float]]
 
@@ -108,7 +109,8 @@ def make_job(config: Any, overrides: Sequence[str], swept: Sequence[str] | None)
 
     plain = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     assert isinstance(plain, dict)
-    return Job({str(key): value for key, value in plain.items()}, tuple(overrides), _label(overrides, swept))
+    config = with_world_text({str(key): value for key, value in plain.items()})
+    return Job(config, tuple(overrides), _label(overrides, swept))
 
 
 def _label(overrides: Sequence[str], swept: Sequence[str] | None) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from slcs2_jax.config.escape import terminal
+
 
 class InputError(ValueError):
     """Bad input from a person: the message is one line naming the field, its value and what is accepted."""
@@ -12,7 +14,7 @@ class StorageError(OSError):
 
 
 def show(value: object) -> str:
-    """A value as a user would type it, on one line and never long."""
+    """A value as a user would type it, on one line, printable and never long."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -21,7 +23,7 @@ def show(value: object) -> str:
         text = "[" + ",".join(show(entry) for entry in value) + "]"
     else:
         text = str(value) if isinstance(value, str | int | float) else repr(value)
-    text = " ".join(text.split())
+    text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "show",
 ]
 
+LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
 
 STATUS_MEANING: dict[Status, str] = {
@@ -117,7 +118,7 @@ def accepted(field: Described) -> str:
         entries = {int: "whole numbers", float: "finite numbers", str: "texts"}[field.kind]
         if doc.names:
             entries = "some of " + ", ".join(doc.names)
-        return f"a list of {'different ' if doc.distinct else ''}{entries}{_bounds(doc)}{_length(doc)}"
+        return f"a list of {_count(doc)}{'different ' if doc.distinct else ''}{entries}{_bounds(doc)}"
     if doc.names:
         words = "one of " + ", ".join(doc.names)
     elif field.kind is bool:
@@ -129,10 +130,10 @@ def accepted(field: Described) -> str:
     return words + (" or null" if field.optional else "") + (", or a name that plugins= brings" if doc.part else "")
 
 
-def _length(doc: Doc) -> str:
+def _count(doc: Doc) -> str:
     if doc.most is not None:
-        return f", {doc.fewest} to {doc.most} of them"
-    return f", at least {doc.fewest}" if doc.fewest else ""
+        return f"{doc.fewest} to {doc.most} "
+    return f"at least {doc.fewest} " if doc.fewest else ""
 
 
 def _bounds(doc: Doc) -> str:
@@ -151,7 +152,7 @@ def check(field: Described, value: object) -> Any:
     try:
         if not field.is_list:
             return _checked(field, value)
-        entries = [value] if isinstance(value, field.kind) else value
+        entries = [value] if field.kind is str and isinstance(value, str) else value
         if not isinstance(entries, list | tuple):
             raise TypeError
         found = tuple(_checked(field, entry) for entry in entries)
@@ -177,6 +178,12 @@ def _checked(field: Described, value: object) -> Any:
     return converted
 
 
+def _within(doc: Doc, number: float) -> bool:
+    too_low = doc.low is not None and number < doc.low
+    too_high = doc.high is not None and (number >= doc.high if doc.high_open else number > doc.high)
+    return not (too_low or too_high)
+
+
 def _convert(kind: type, value: object) -> Any:
     if kind is bool:
         if isinstance(value, bool):
@@ -188,6 +195,10 @@ def _convert(kind: type, value: object) -> Any:
     if kind is str:
         if isinstance(value, str) and value.strip():
             return value
+        raise TypeError
+    if kind is tuple:
+        if isinstance(value, list | tuple):
+            return tuple(_convert(int, number) for number in value)
         raise TypeError
     if isinstance(value, bool):
         raise TypeError

@@ -10,10 +10,11 @@ from slcs2_jax.config.errors import InputError, refuse, show
 from slcs2_jax.config.field import Described, accepted, check
 from slcs2_jax.config.schema import accepted_paths, unknown_setting
 from slcs2_jax.config.store import BY_VALUE, Primary
+from slcs2_jax.config.world_text import by_path
 
 Options = Callable[[str], Sequence[str]]
 
-_PATHS = ("solution", "policy", "run_dir")
+_PATHS = ("solution", "policy", "run_dir", "world.file")
 
 
 class Checker:
@@ -34,12 +35,14 @@ class Checker:
         """
         checked, swept = [], []
         for typed in overrides:
-            text, key, several = self._checked(self._by_value(_quoted(typed)), typed)
+            text, key, several = self._checked(self._by_value(_quoted(by_path(typed))), typed)
             if several and not sweep:
                 raise InputError(f"{show(typed)}: accepted is one value; add -m to run every combination of several")
             if several and not key.startswith("hydra"):
                 swept.append(key)
             checked.append(text)
+            if key == "world.file":
+                checked.append("world.content=null")  # the text of a former file, if it held one
         return checked, swept
 
     def _by_value(self, text: str) -> str:

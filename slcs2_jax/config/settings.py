@@ -7,8 +7,10 @@ from typing import ClassVar
 
 from slcs2_jax.config import plugins
 from slcs2_jax.config.errors import InputError, refuse
-from slcs2_jax.config.field import Section, setting
-from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, Task, World
+from slcs2_jax.config.field import LEAST, Section, setting
+from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
+from slcs2_jax.config.radio import Radio
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -137,6 +139,7 @@ class Settings(Section):
 
     world: World = field(default_factory=World)
     radio: Radio = field(default_factory=Radio)
+    jammers: Jammers = field(default_factory=Jammers)
     swarm: Swarm = field(default_factory=Swarm)
     learning: Learning = field(default_factory=Learning)
     rules: Rules = field(default_factory=Rules)
@@ -157,13 +160,13 @@ class Settings(Section):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
         plugins.check_named(self.plugins, plugins.SETTING)
         world, net = self.world, self.radio.network_range
-        if world.jammer and net >= world.distance / 2:
+        if world.jammer and world.file is None and net >= world.distance / 2:
             raise InputError(
                 f"world.distance={world.distance:g}: no place for the jammer: accepted is more than twice "
                 f"the network range of {net:.4g} m"
             )
         room = START_DISC_SHARE * (1 + 2 * world.start_radius / self.swarm.clearance) ** 2
-        if self.swarm.agents > room:
+        if self.swarm.agents > room and world.file is None:
             raise InputError(
                 f"swarm.agents={self.swarm.agents}: no place for the agents: accepted is at most {int(room)} with "
                 f"world.start_radius={world.start_radius:g} and swarm.clearance={self.swarm.clearance:g}"
@@ -173,6 +176,7 @@ class Settings(Section):
 SECTIONS: dict[str, type[Section]] = {
     "world": World,
     "radio": Radio,
+    "jammers": Jammers,
     "swarm": Swarm,
     "learning": Learning,
     "rules": Rules,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -72,8 +73,15 @@ class Primary:
             for parent in parents:
                 place = place.setdefault(parent, {})
             value = getattr(getattr(self.settings, section) if section else self.settings, one.attribute)
-            place[last] = plain_value(value)
+            place[last] = _literally(plain_value(value))
         return node
+
+
+def _literally(value: Any) -> Any:
+    """The value such that Hydra takes it as it is: texts may come from files, and `${...}` in them means nothing."""
+    if isinstance(value, list):
+        return [_literally(entry) for entry in value]
+    return re.sub(r"(\\*)\$\{", r"\1\1\\${", value) if isinstance(value, str) else value
 
 
 def compose_path(section: str, field: Described) -> str:

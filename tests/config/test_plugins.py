@@ -1,30 +1,91 @@
-"""Plug-ins: imported because the user names them, never because a file does; recorded, and held to what they were."""
+"""Plug-ins: modules that the user names in the very command; no file imports one, and changed ones are refused."""
 
 import hashlib
-import itertools
 import sys
 
 import pytest
 
-from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import plugins as loading
+from slcs2_jax.config.registry import KINDS
 
-_NUMBER = itertools.count()
+SOURCE = """
+from slcs2_jax.config.registry import register
+
+@register("fading", "rain of a test")
+def rain():
+    return 1
+"""
 
 
 @pytest.fixture
-def module(tmp_path, monkeypatch):
-    """Writes a module of a name of its own into the current folder; gives its name and file."""
+def folder(tmp_path, monkeypatch):
+    """The current folder; what is imported and registered from it is forgotten again."""
     monkeypatch.chdir(tmp_path)
+    before = set(sys.modules)
+    yield tmp_path
+    for name in set(sys.modules) - before:
+        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(tmp_path)):
+            del sys.modules[name]
+    KINDS["fading"].forget("rain of a test")
+    for name in loading.loaded():
+        loading.forget(name)
 
-    def write(text: str) -> tuple:
-        name = f"slcs2_test_plugin_{next(_NUMBER)}"
-        file = tmp_path / f"{name}.py"
-        file.write_text(text)
-        return name, file
 
-    yield write
-    for name in list(plugins.loaded()):
-        plugins.forget(name)
+def refused(*modules):
+    with pytest.raises(InputError) as found:
+        loading.load(modules)
+    assert "\n" not in str(found.value)
+    return str(found.value)
+
+
+def test_a_module_of_the_current_folder_registers_its_parts(folder):
+    (folder / "plugged_rain.py").write_text(SOURCE)
+    path = list(sys.path)
+    found = loading.load(["plugged_rain"])
+    assert found == {"plugged_rain": hashlib.sha256(SOURCE.encode()).hexdigest()}
+    assert KINDS["fading"].home("rain of a test") == "plugged_rain"
+    assert KINDS["fading"].get("rain of a test")() == 1
+    assert sys.path == path
+    assert loading.load(["plugged_rain"]) == found
+    assert loading.load([]) == {}
+
+
+def test_a_module_in_a_package(folder):
+    (folder / "plugged_pack").mkdir()
+    (folder / "plugged_pack" / "__init__.py").write_text("")
+    (folder / "plugged_pack" / "inner.py").write_text(SOURCE)
+    assert list(loading.load(["plugged_pack.inner"])) == ["plugged_pack.inner"]
+    assert KINDS["fading"].home("rain of a test") == "plugged_pack.inner"
+
+
+@pytest.mark.parametrize("name", ["plugged-rain", "plugged_rain.py/", "../x", "a b", "", "a..b", 3, None])
+def test_what_is_no_name_of_a_module_is_refused(folder, name):
+    assert refused(name).startswith("plugins=")
+    assert "accepted is names of Python modules, plugins=[my_module]" in refused(name)
+
+
+def test_a_module_that_is_not_there(folder):
+    message = "plugins=plugged_nowhere: accepted is the name of a module in the current folder or on Python's path"
+    assert refused("plugged_nowhere") == message
+
+
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("import plugged_absent", "its import failed (ModuleNotFoundError: "),
+        ("1 / 0", "its import failed (ZeroDivisionError: division by zero)"),
+        ("def", "its import failed (SyntaxError: "),
+        ("raise ValueError('two\\nlines')", "its import failed (ValueError: "),
+        (SOURCE.replace("fading", "weather"), "register=weather: accepted is one of clause, "),
+        (SOURCE.replace("rain of a test", "none"), "register: fading none is this package's"),
+    ],
+)
+def test_a_module_that_fails_is_named_with_the_reason(folder, source, told):
+    (folder / "plugged_bad.py").write_text(source)
+    path = list(sys.path)
+    assert refused("plugged_bad").startswith("plugins=plugged_bad: " + told)
+    assert sys.path == path
 
 
 @pytest.mark.parametrize(
@@ -39,58 +100,35 @@ def module(tmp_path, monkeypatch):
     ],
 )
 def test_the_names_on_a_command_line(arguments, names):
-    assert plugins.named_in(arguments) == names
+    assert loading.named_in(arguments) == names
 
 
-def test_a_module_in_the_current_folder_is_imported_and_its_source_is_known_by_its_digest(module):
-    name, file = module("LOADED = True\n")
-    assert plugins.load([name]) == {name: hashlib.sha256(file.read_bytes()).hexdigest()}
-    assert sys.modules[name].LOADED
-    assert plugins.recorded((name,)) == {"plugins": {name: plugins.loaded()[name]}}
-    assert plugins.recorded(()) == {}
-    plugins.check_same(plugins.recorded((name,)), "run")
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
-        ("raise RuntimeError('no\\nluck')", r"its import failed \(RuntimeError: no luck\)"),
-        ("import slcs2_no_such_module", "its import failed"),
-        ("x = (", "its import failed"),
-        (
-            "import slcs2_jax\nslcs2_jax.config.registry.register('wheel', 'round')",
-            "register=wheel: accepted is one of",
-        ),
-    ],
-)
-def test_what_cannot_be_imported_is_one_line(module, text, says):
-    name, _ = module(text)
-    with pytest.raises(InputError, match=says) as caught:
-        plugins.load([name])
-    assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith(f"plugins={name}: ")
-
-
-@pytest.mark.parametrize("name", ["no_such_module_anywhere", "../mine", "", "a b", "os;"])
-def test_what_is_no_module_is_one_line(name):
-    with pytest.raises(InputError, match=r"^plugins="):
-        plugins.load([name])
-
-
-def test_settings_that_name_a_plug_in_need_it_loaded_and_import_nothing(module):
-    name, _ = module("LOADED = True\n")
-    for make in (lambda: Settings(plugins=(name,)), lambda: settings_from({"plugins": [name]})):
-        with pytest.raises(plugins.PluginError, match=rf"accepted is plugins=\[.*{name}\], if you trust it"):
+def test_settings_that_name_a_plug_in_need_it_loaded_and_import_nothing(folder):
+    (folder / "plugged_rain.py").write_text(SOURCE)
+    for make in (lambda: Settings(plugins=("plugged_rain",)), lambda: settings_from({"plugins": ["plugged_rain"]})):
+        with pytest.raises(loading.PluginError, match=r"accepted is plugins=\[plugged_rain\], if you trust it"):
             make()
-    assert name not in sys.modules
-    plugins.load([name])
-    settings = settings_from({"plugins": [name]})
-    assert settings == Settings(plugins=(name,))
+    assert "plugged_rain" not in sys.modules
+    loading.load(["plugged_rain"])
+    settings = settings_from({"plugins": ["plugged_rain"]})
+    assert settings == Settings(plugins=("plugged_rain",))
     assert settings_from(settings_to_dict(settings)) == settings
 
 
-def test_a_changed_source_is_told(module):
-    name, _ = module("LOADED = True\n")
-    plugins.load([name])
-    with pytest.raises(plugins.PluginError, match=f"run: the plug-in {name} has changed since"):
-        plugins.check_same({"plugins": {name: "0" * 64}}, "run")
+def test_a_file_is_read_only_with_the_plug_ins_it_was_made_with(folder):
+    for name in ("plugged_one", "plugged_two"):
+        (folder / f"{name}.py").write_text("")
+    assert loading.recorded(()) == {}
+    loading.load(["plugged_one", "plugged_two"])
+    record = loading.recorded(("plugged_one", "plugged_two"))
+    loading.check_same(record, "runs/a")
+    loading.check_same({}, "runs/a")
+    loading.forget("plugged_two")
+    with pytest.raises(
+        loading.PluginError, match=r"^runs/a: needs the plug-in plugged_two, .*plugins=\[plugged_one,plugg"
+    ):
+        loading.check_same(record, "runs/a")
+    (folder / "plugged_two.py").write_text("# another")
+    loading.load(["plugged_two"])
+    with pytest.raises(loading.PluginError, match=r"^runs/a: the plug-in plugged_two has changed since; .*\.\.\.\)"):
+        loading.check_same(record, "runs/a")
