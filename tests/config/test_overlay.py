@@ -3,6 +3,8 @@
 import dataclasses
 
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError, Learning, Radio, Settings, Swarm, World
 from slcs2_jax.config.command_line import CommandLine
@@ -21,7 +23,7 @@ EVOLVED = Settings(
 
 
 def deploy(*arguments: str, solution: Settings | None = EVOLVED) -> Settings:
-    found = []
+    found: list[Settings] = []
 
     def together(jobs):
         found.extend(deployment_settings(job.config, solution) for job in jobs)
@@ -29,8 +31,8 @@ def deploy(*arguments: str, solution: Settings | None = EVOLVED) -> Settings:
 
     primary = deployment_primary("evaluate", solution, own={}, instances=30)
     run_hydra(primary, CommandLine.parse(arguments), together)
-    [settings] = found
-    return settings
+    [one] = found
+    return one
 
 
 def test_nothing_given_is_as_it_evolved_but_for_seeds_and_folder():
@@ -58,8 +60,31 @@ def test_a_value_given_counts_even_if_it_is_the_default():
     assert deploy("swarm.speed=2.0").swarm == Swarm(agents=5, speed=2.0)
 
 
+PIECES = st.sampled_from(["${", "}", "\\", "$", "{", "oc.env:HOME", "seed", "'", "a", "\n", "?"])
+
+
+@settings(max_examples=25)
+@example(name="\\${seed}")
+@given(name=st.lists(PIECES, min_size=1, max_size=6).map("".join).filter(str.strip))
+def test_texts_of_a_saved_solution_are_taken_as_they_are(name):
+    """`${...}` would be looked up: in a file from elsewhere it must mean nothing."""
+    evolved = dataclasses.replace(EVOLVED, rules=dataclasses.replace(EVOLVED.rules, grammar=name))
+    assert deploy("seed=3", solution=evolved).rules.grammar == name
+
+
+def test_another_file_of_a_world_takes_the_place_of_the_solutions(tmp_path):
+    text = "sink: [100, 0]\n"
+    (tmp_path / "mine.yaml").write_text(text)
+    evolved = dataclasses.replace(EVOLVED, world=World(file="theirs.yaml", content="sink: [50, 0]\n"))
+    kept, other = deploy(solution=evolved).world, deploy(f"world={tmp_path}/mine.yaml", solution=evolved).world
+    assert (kept.file, kept.content) == ("theirs.yaml", "sink: [50, 0]\n")
+    assert (other.file, other.content) == (f"{tmp_path}/mine.yaml", text)
+    none = deploy("world.file=null", solution=evolved).world
+    assert (none.file, none.content) == (None, None)
+
+
 @pytest.mark.parametrize(
-    ("given", "says"),
+    ("override", "says"),
     [
         ("swarm.agents=12", r"swarm\.agents=12: accepted is 5, as the solution has it"),
         ("grammar=both", "grammar=both: accepted is main, as the solution has it"),
@@ -68,6 +93,6 @@ def test_a_value_given_counts_even_if_it_is_the_default():
         ("checkpoint.seconds=3", r"checkpoint\.seconds: no setting of slcs2 evaluate"),
     ],
 )
-def test_what_the_solution_decides_and_what_an_evaluation_does_not_have(given, says):
+def test_what_the_solution_decides_and_what_an_evaluation_does_not_have(override, says):
     with pytest.raises(InputError, match=says):
-        deploy(given)
+        deploy(override)
