@@ -38,7 +38,7 @@ def test_a_users_behaviour_is_evaluated_and_recorded(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["policy=nowhere.txt"], "controller 'nowhere.txt': there is no such controller or file; accepted are"),
+        (["policy=nowhere.txt"], "policy 'nowhere.txt': there is no such policy or file; accepted are"),
         (["policy=designed", "solution=a.npz"], "solution: not together with policy; accepted is one of the"),
         (["policy=designed", "deployments=0"], "deployments=0: accepted is a whole number from 1"),
         ([], "or policy=NAME"),
