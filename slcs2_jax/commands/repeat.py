@@ -107,7 +107,8 @@ def _compare(one: Path, other: Path) -> int:
 
 def _files(folder: Path) -> dict[str, Path]:
     """The files of the results by name. Raises InputError if one of them is a link or the like."""
-    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SOLUTIONS, SUMMARY
+    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
+    from slcs2_jax.results.saved import SOLUTIONS
 
     names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY) if present(folder / name)]
     solutions = names_in(folder / SOLUTIONS, inside=folder)

@@ -16,7 +16,6 @@ from slcs2_jax.results.rows import read_rows
 from slcs2_jax.results.run_config import RunConfig, read_config
 from slcs2_jax.results.run_folder import (
     GENERATIONS,
-    SOLUTIONS,
     SUMMARY,
     SUMMARY_VERSION,
     TIMING,
@@ -24,7 +23,7 @@ from slcs2_jax.results.run_folder import (
     check_usable,
     most_rows,
 )
-from slcs2_jax.results.saved import SavedSolution, load_solution
+from slcs2_jax.results.saved import SOLUTIONS, SavedSolution, load_solution
 from slcs2_jax.results.summary import RunSummary
 
 

@@ -29,7 +29,7 @@ class Site:
     packets: int
     task: Delivery
 
-    def job(self, name: Name, rules: RuleSets, key: tuple) -> Job:
+    def job(self, name: Name, rules: RuleSets, key: tuple[np.uint32, np.uint32]) -> Job:
         """One deployment of a solution here."""
         return Job(name, self.scenario, self.channels, rules, key)
 
