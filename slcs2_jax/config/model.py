@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from slcs2_jax.config.field import Section, refuse, setting, show
 
+MOST_BUILDINGS = 10_000  # of a world: the paper's have at most 100; of more, a step takes seconds
 LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 CALIBRATED = "first values that bring results to the paper's magnitude"
 
@@ -102,6 +103,13 @@ class World(Section):
         if self.building_min > self.building_max:
             raise refuse(
                 "world.building_min", self.building_min, f"a number up to world.building_max={self.building_max:g}"
+            )
+        if self.buildings and self.distance > MOST_BUILDINGS * self.building_spacing:
+            raise refuse(
+                "world.building_spacing",
+                self.building_spacing,
+                f"a number from {self.distance / MOST_BUILDINGS:g} with world.distance={self.distance:g}, for at most "
+                f"{MOST_BUILDINGS:,} buildings",
             )
         if self.buildings and self.distance < self.building_spacing:
             raise refuse(
