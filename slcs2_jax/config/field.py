@@ -110,7 +110,10 @@ def show(value: object) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         value = "[" + ",".join(map(show, value)) + "]"
-    text = str(value) if isinstance(value, str | int | float) else repr(value)
+    try:
+        text = str(value) if isinstance(value, str | int | float) else repr(value)
+    except (ValueError, RecursionError):  # a number of thousands of digits, a list in itself
+        text = "(too long to be shown)"
     text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 
