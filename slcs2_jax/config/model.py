@@ -182,10 +182,7 @@ class Radio(Section):
     @property
     def network_range(self) -> float:
         """net (m): the distance at which the mean received power equals P_rs (spec section 3)."""
-        exponent = (self.power_dbm - self.reference_loss_db - self.receive_threshold_dbm) / (
-            10 * self.path_loss_exponent
-        )
-        return self.reference_distance * 10.0**exponent
+        return log_distance_reach(self)
 
     def cross_check(self) -> None:
         try:
@@ -198,6 +195,15 @@ class Radio(Section):
                 self.path_loss_exponent,
                 "a value that gives a network range below 10000 km with the radio's powers",
             )
+
+
+def log_distance_reach(radio: Any) -> Any:
+    """Distance, m, at which the mean power received without walls is P_rs (spec section 3).
+
+    radio: a `Radio`, or anything with its attributes, be they numbers or traced arrays.
+    """
+    budget = radio.power_dbm - radio.reference_loss_db - radio.receive_threshold_dbm
+    return radio.reference_distance * 10.0 ** (budget / (10 * radio.path_loss_exponent))
 
 
 @dataclass(frozen=True)

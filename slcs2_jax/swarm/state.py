@@ -7,6 +7,8 @@ function names it, and every one works on a single instance as on thousands.
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -41,20 +43,24 @@ class SwarmParameters:
     cost_communicate: jax.Array
 
     @classmethod
-    def of(cls, settings: Settings) -> SwarmParameters:
-        """Take the values from the settings."""
-        swarm, learning = settings.swarm, settings.learning
+    def of(cls, settings: Settings, **changed: Any) -> SwarmParameters:
+        """Take the values from the settings.
+
+        `changed` are settings of the swarm, and costs of actions, by name in place of its own: traced arrays too.
+        """
+        said: Any = SimpleNamespace(**(vars(settings.learning) | vars(settings.swarm) | changed))
+        beyond_slack = said.clearance - SLACK
         return cls(
-            packets=jnp.int32(swarm.packets),
-            speed=jnp.float32(swarm.speed),
-            clearance=jnp.float32(swarm.clearance),
-            clear=jnp.float32(max(swarm.clearance - SLACK, 0) ** 2),
-            lidar_range=jnp.float32(swarm.lidar_range),
-            distance_threshold=jnp.float32(swarm.distance_threshold),
-            tolerance=jnp.float32(swarm.tolerance),
+            packets=jnp.int32(said.packets),
+            speed=jnp.float32(said.speed),
+            clearance=jnp.float32(said.clearance),
+            clear=jnp.float32(((beyond_slack + abs(beyond_slack)) / 2) ** 2),  # its square, or 0 if it is less
+            lidar_range=jnp.float32(said.lidar_range),
+            distance_threshold=jnp.float32(said.distance_threshold),
+            tolerance=jnp.float32(said.tolerance),
             half_thickness=jnp.float32(settings.world.wall_thickness / 2),
-            cost_move=jnp.float32(learning.cost_move),
-            cost_communicate=jnp.float32(learning.cost_communicate),
+            cost_move=jnp.float32(said.cost_move),
+            cost_communicate=jnp.float32(said.cost_communicate),
         )
 
 

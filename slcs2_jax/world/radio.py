@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.config.settings import Radio
+from slcs2_jax.config.model import Radio, log_distance_reach
 
 DB_TO_LOG2 = float(np.log2(10.0) / 10.0)
 
 
-def milliwatts(dbm: float) -> float:
-    """Power in mW of a level in dBm."""
-    return float(10.0 ** (dbm / 10.0))
+def milliwatts(dbm: Any) -> Any:
+    """Power in mW of a level in dBm, a number or a traced array."""
+    return 10.0 ** (dbm / 10.0)
 
 
 @jax.tree_util.register_dataclass
@@ -35,23 +37,31 @@ class RadioParameters:
     network_range: jax.Array  # m, net
 
     @classmethod
-    def of(cls, radio: Radio) -> RadioParameters:
-        """Convert settings in dB and dBm."""
-        d0 = radio.reference_distance
+    def of(cls, radio: Radio, **changed: Any) -> RadioParameters:
+        """Convert settings in dB and dBm.
+
+        `changed` are settings of the radio by name in place of its own: traced arrays too, so that a program compiled
+        once serves every value; what derives from them, the network range above all, follows.
+        """
+        said: Any = SimpleNamespace(**(vars(radio) | changed))
+        d0 = said.reference_distance
         values = {
-            "gain": (radio.power_dbm - radio.reference_loss_db) * DB_TO_LOG2
-            + radio.path_loss_exponent * float(np.log2(d0)),
-            "slope": radio.path_loss_exponent / 2,
+            "gain": (said.power_dbm - said.reference_loss_db) * DB_TO_LOG2 + said.path_loss_exponent * _log2(d0),
+            "slope": said.path_loss_exponent / 2,
             "floor": d0**2,
-            "shadowing": radio.shadowing_db * DB_TO_LOG2,
-            "wall": radio.wall_loss_db * DB_TO_LOG2,
-            "noise": milliwatts(radio.noise_dbm),
-            "sensitivity": milliwatts(radio.receive_threshold_dbm),
-            "threshold": milliwatts(radio.sinr_threshold_db),
-            "half_power": milliwatts(radio.half_power_db),
-            "network_range": radio.network_range,
+            "shadowing": said.shadowing_db * DB_TO_LOG2,
+            "wall": said.wall_loss_db * DB_TO_LOG2,
+            "noise": milliwatts(said.noise_dbm),
+            "sensitivity": milliwatts(said.receive_threshold_dbm),
+            "threshold": milliwatts(said.sinr_threshold_db),
+            "half_power": milliwatts(said.half_power_db),
+            "network_range": log_distance_reach(said),
         }
         return cls(**{name: jnp.float32(value) for name, value in values.items()})
+
+
+def _log2(value: Any) -> Any:
+    return jnp.log2(value) if isinstance(value, jax.Array) else float(np.log2(value))
 
 
 def received_power(
