@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings, World
-from slcs2_jax.config.arguments import of_kind
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 from slcs2_jax.config.schema import settings_from
@@ -36,10 +36,12 @@ from slcs2_jax.swarm.step import Physics
 from slcs2_jax.swarm.task import Delivery
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena, stack, wall_capacity
+from slcs2_jax.world.geometry import BLOCK
 from slcs2_jax.world.radio import RadioParameters
 from slcs2_jax.world.scenario import Scenario, make_scenario
 
 CELLS = tuple(f"{kind}_{far}" for kind in ENVIRONMENTS for far in RANGES)
+MOST_WALLS = 20_000  # of each direction
 
 
 @jax.tree_util.register_dataclass
@@ -113,7 +115,8 @@ class Env:
         """
         self.settings = of_kind("settings", settings, Settings)
         scenario = make_scenario(settings, settings.seed) if scenario is None else scenario
-        self._walls = walls or wall_capacity([scenario])
+        of_kind("scenario", scenario, Scenario)
+        self._walls = wall_capacity([scenario]) if walls is None else _whole_blocks(walls)
         grammar = Grammar.of(settings)
         self._grammar = grammar
         self.vocabulary: Vocabulary = grammar.vocabulary
@@ -153,31 +156,50 @@ class Env:
         return (*(self.vocabulary.action_text(k) for k in self._grammar.actions), "do nothing")
 
     def arena(self, scenario: Scenario) -> Arena:
-        """A world as this environment takes it, for `Params`. Raises InputError if it has more walls than there is room
-        for, or another number of agents."""
+        """A world as this environment takes it, for `Params`.
+
+        Raises InputError if it has more walls than there is room for, another number of agents, or walls of another
+        thickness.
+        """
+        of_kind("scenario", scenario, Scenario)
         needed = wall_capacity([scenario])
         if needed[0] > self._walls[0] or needed[1] > self._walls[1]:
             raise InputError(f"walls={self._walls}: accepted is room for at least {needed}, as the scenario has")
         if len(scenario.start) != self.agents:
             raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {self.agents}")
+        thickness = self.settings.world.wall_thickness
+        if scenario.wall_thickness != thickness:
+            raise InputError(
+                f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {thickness:g} m, as "
+                "world.wall_thickness says"
+            )
         one = stack([scenario], [self._channels], capacity=self._walls, width=1 + max(self._channels))
         return jax.tree.map(lambda leaf: jnp.asarray(leaf[..., 0]), one)
 
     def change(self, params: Params, changes: Mapping[str, Any]) -> Params:
-        """Parameters with other values: `{"radio.path_loss_exponent": 3.0, "swarm.speed": 1.0}`, numbers or traced.
+        """The same world with other physical values: `{"radio.path_loss_exponent": 3.0, "swarm.speed": x}`.
 
-        Values that follow from them, such as the network range, follow. Raises InputError for a name that is no number
-        of radio, swarm or learning's costs.
+        Values are numbers, which are checked as settings are, or traced arrays. What follows from them, such as the
+        network range, follows. What is not named has the value of the environment's settings, whatever `params` hold;
+        the world was made before, and stays.
+
+        Raises InputError for a number that is not accepted, or a name that is no number of the physics: one of radio,
+        or of swarm and learning what `SwarmParameters` have.
         """
-        names = ("radio", "swarm", "learning")
-        sections = {name: SimpleNamespace(**vars(getattr(self.settings, name))) for name in names}
+        physical = {field.name for field in dataclasses.fields(SwarmParameters)}
+        plain: dict[str, dict[str, Any]] = {name: {} for name in ("radio", "swarm", "learning")}
+        traced: dict[str, dict[str, Any]] = {name: {} for name in plain}
         for name, value in changes.items():
-            section, _, last = name.partition(".")
-            if section not in sections or not isinstance(getattr(sections[section], last, None), float | int):
-                raise refuse("change", name, "the name of a number in radio, swarm or learning")
-            setattr(sections[section], last, value)
-        plain: Any = SimpleNamespace(world=self.settings.world, **sections)
-        radio, body = RadioParameters.of(plain.radio), SwarmParameters.of(plain)
+            section, _, last = str(name).partition(".")
+            known = section in plain and (section == "radio" or last in physical)
+            if not known or type(getattr(getattr(self.settings, section), last, None)) not in (float, int):
+                raise refuse("change", name, "the name of a number of the physics, such as radio.power_dbm")
+            (traced if isinstance(value, jax.Array) else plain)[section][last] = value
+        settings: Any = SimpleNamespace(**vars(self.settings))
+        for section, values in plain.items():
+            setattr(settings, section, dataclasses.replace(getattr(self.settings, section), **values))
+        radio = RadioParameters.of(settings.radio, **traced["radio"])
+        body = SwarmParameters.of(settings, **traced["swarm"], **traced["learning"])
         return dataclasses.replace(params, physics=dataclasses.replace(params.physics, radio=radio, swarm=body))
 
     # The episode.
@@ -203,7 +225,7 @@ class Env:
         Args:
             key: not looked at, since what an episode draws follows from the key of `reset`; there for the convention.
             state: from `reset` or `step`.
-            action: int [n], which of `actions` each agent takes.
+            action: int [n], which of `actions` each agent takes; a number that is none is to do nothing.
             params: see `Params`.
 
         Returns:
@@ -214,7 +236,8 @@ class Env:
         seen = _with_params(state.seen, params)
         running = seen.view.running
         known = jnp.concatenate([self._actions, np.array([NO_ACTION], np.int32)])
-        number = known[jnp.clip(action.astype(jnp.int32), 0, len(known) - 1)]
+        nothing = np.int32(len(known) - 1)
+        number = known[jnp.where((action >= 0) & (action < nothing), action.astype(jnp.int32), nothing)]
         after, reward, outcome = swarm.act(jnp.where(running, number, np.int32(NO_ACTION)), seen, physics)
         shares = (after.t % np.int32(self._period) == 0) & running
         after = jax.tree.map(partial(jnp.where, shares), knowledge.share(after), after)
@@ -230,20 +253,31 @@ class Env:
         rewarded = jnp.where(outcome.intent.acts & running, reward, np.float32(0))
         return observation, following, rewarded, ~going, going & late, info
 
-    def _observed(self, state: State, params: Params) -> tuple[Seen, EnvState]:
-        _, seen = swarm.observe(state, params.arena, params.physics)
+    def observe(self, state: EnvState, params: Params) -> Seen:
+        """What the agents see of a state: the observation that `reset` or `step` returned with it."""
+        seen = _with_params(state.seen, params)
         numbers = np.array(self._grammar.clauses)
         bits = seen.truth[numbers // WORD_BITS] >> (numbers % WORD_BITS).astype(np.uint32)[:, None]
-        observed = Seen(
+        return Seen(
             clauses=((bits & np.uint32(1)) == np.uint32(1)).T,
             features=features(seen.view).T,
             action_mask=self._action_mask(seen.view),
         )
-        return observed, EnvState(_without_params(seen))
+
+    def _observed(self, state: State, params: Params) -> tuple[Seen, EnvState]:
+        _, seen = swarm.observe(state, params.arena, params.physics)
+        following = EnvState(_without_params(seen))
+        return self.observe(following, params), following
 
     def _action_mask(self, view: View) -> jax.Array:
         useful = action_mask(view, self._grammar.actions, self._physics.language)
         return jnp.concatenate([useful, jnp.ones((1, self.agents), bool)]).T
+
+
+def _whole_blocks(walls: tuple[int, int]) -> tuple[int, int]:
+    """Room for at least so many walls."""
+    vertical, horizontal = (-(-whole("walls", count, 0, MOST_WALLS) // BLOCK) * BLOCK for count in walls)
+    return vertical, horizontal
 
 
 def _without_params(seen: Observation) -> Observation:
@@ -295,9 +329,5 @@ def make(name: str, changes: Mapping[str, Any] | None = None, *, seed: int = 0, 
     if name not in CELLS:
         raise refuse("make", name, "one of " + ", ".join(CELLS))
     kind, _, far = name.rpartition("_")
-    nested: dict[str, Any] = {}
-    for path, value in {"seed": seed, **(changes or {})}.items():
-        section, _, last = path.rpartition(".")
-        (nested.setdefault(section, {}) if section else nested)[last] = value
-    nested["world"] = dataclasses.asdict(World.preset(kind, far)) | nested.get("world", {})
-    return Env(settings_from(nested), task=task)
+    given = {f"world.{field}": value for field, value in dataclasses.asdict(World.preset(kind, far)).items()}
+    return Env(settings_from({**given, "seed": seed, **(changes or {})}), task=task)
