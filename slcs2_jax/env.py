@@ -123,7 +123,7 @@ class Env:
         self._channels = grammar.channels_used
         language = Language.of([grammar])
         physics = Physics.of(settings, language)
-        self._physics = physics if task is None else dataclasses.replace(physics, task=task)
+        self._physics = physics if task is None else dataclasses.replace(physics, task=of_kind("task", task, Delivery))
         self._period = settings.swarm.sharing_period
         self.params = Params(self.arena(scenario), self._physics)
         self._actions = np.array(grammar.actions, np.int32)
@@ -239,8 +239,9 @@ class Env:
         nothing = np.int32(len(known) - 1)
         number = known[jnp.where((action >= 0) & (action < nothing), action.astype(jnp.int32), nothing)]
         after, reward, outcome = swarm.act(jnp.where(running, number, np.int32(NO_ACTION)), seen, physics)
-        shares = (after.t % np.int32(self._period) == 0) & running
+        shares = after.t % np.int32(self._period) == 0
         after = jax.tree.map(partial(jnp.where, shares), knowledge.share(after), after)
+        after = jax.tree.map(partial(jnp.where, running), after, seen.view.state)
         observation, following = self._observed(after, params)
         going = physics.task.going_on(after, params.arena, physics.swarm)
         late = after.t >= params.arena.time_limit
@@ -276,6 +277,8 @@ class Env:
 
 def _whole_blocks(walls: tuple[int, int]) -> tuple[int, int]:
     """Room for at least so many walls."""
+    if not isinstance(walls, tuple) or len(walls) != 2:
+        raise refuse("walls", walls, "two whole numbers: of vertical and horizontal walls")
     vertical, horizontal = (-(-whole("walls", count, 0, MOST_WALLS) // BLOCK) * BLOCK for count in walls)
     return vertical, horizontal
 
@@ -329,5 +332,6 @@ def make(name: str, changes: Mapping[str, Any] | None = None, *, seed: int = 0, 
     if name not in CELLS:
         raise refuse("make", name, "one of " + ", ".join(CELLS))
     kind, _, far = name.rpartition("_")
+    changes = of_kind("changes", {} if changes is None else changes, dict)
     given = {f"world.{field}": value for field, value in dataclasses.asdict(World.preset(kind, far)).items()}
-    return Env(settings_from({**given, "seed": seed, **(changes or {})}), task=task)
+    return Env(settings_from({**given, "seed": seed, **changes}), task=task)

@@ -69,6 +69,12 @@ class JaxMARL(MultiAgentEnv):
         """All agents are alike."""
         return {"agent": list(self.agents)}
 
+    @property
+    def _params(self) -> Params:
+        """As if they were arguments: constants that the compiler may reckon with beforehand change the last bits."""
+        params: Params = jax.lax.optimization_barrier(self.params)
+        return params
+
     def observation_space(self, agent: str) -> Any:
         """Of one agent."""
         return self.observation_spaces[agent]
@@ -80,7 +86,7 @@ class JaxMARL(MultiAgentEnv):
     @jitted
     def reset(self, key: jax.Array) -> tuple[ByAgent, EnvState]:
         """Deploy the swarm: float32 [F] by agent, and the state."""
-        seen, state = self.env.reset(key, self.params)
+        seen, state = self.env.reset(key, self._params)
         return self._observations(seen), state
 
     @jitted
@@ -113,20 +119,21 @@ class JaxMARL(MultiAgentEnv):
     ) -> tuple[ByAgent, EnvState, ByAgent, ByAgent, ByAgent]:
         """As `step`, without the next episode: one that is over stands still."""
         action = jnp.stack([jnp.asarray(actions[agent], jnp.int32) for agent in self.agents])
-        seen, after, reward, terminated, truncated, told = self.env.step(key, state, action, self.params)
+        seen, after, reward, terminated, truncated, told = self.env.step(key, state, action, self._params)
         done = dict.fromkeys([*self.agents, "__all__"], terminated | truncated)
         told = {**told, "terminated": terminated, "truncated": truncated}
         info = {name: jnp.broadcast_to(value, (self.num_agents,)) for name, value in told.items()}
         return self._observations(seen), after, dict(zip(self.agents, reward, strict=True)), done, info
 
+    @jitted
     def get_obs(self, state: EnvState) -> ByAgent:
         """What the agents see of a state."""
-        return self._observations(self.env.observe(state, self.params))
+        return self._observations(self.env.observe(state, self._params))
 
     @jitted
     def get_avail_actions(self, state: EnvState) -> ByAgent:
         """Actions that could have an effect now: bool [A] by agent; the last, to do nothing, is always there."""
-        return dict(zip(self.agents, self.env.observe(state, self.params).action_mask, strict=True))
+        return dict(zip(self.agents, self.env.observe(state, self._params).action_mask, strict=True))
 
     def _observations(self, seen: Seen) -> ByAgent:
         return dict(zip(self.agents, vector.vector(seen, self._clauses), strict=True))
