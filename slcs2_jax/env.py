@@ -27,21 +27,23 @@ from slcs2_jax.config.schema import settings_from
 from slcs2_jax.grammar import Grammar
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.grammar.vocabulary import NO_ACTION, WORD_BITS, Vocabulary
-from slcs2_jax.swarm import knowledge, links
+from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.action_mask import action_mask
+from slcs2_jax.swarm.failure import CHANGEABLE
 from slcs2_jax.swarm.observation import Feature, Observation, feature_list, features
-from slcs2_jax.swarm.state import State, SwarmParameters, initial_state
+from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.swarm.step import Physics
 from slcs2_jax.swarm.task import Delivery
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena, stack, wall_capacity
+from slcs2_jax.world.emitters import JammerRoom, has_room, jammer_room
 from slcs2_jax.world.geometry import BLOCK
 from slcs2_jax.world.radio import RadioParameters
-from slcs2_jax.world.scenario import Scenario, make_scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario, make_scenario
+from slcs2_jax.world.scenario_check import MOST_WALLS
 
 CELLS = tuple(f"{kind}_{far}" for kind in ENVIRONMENTS for far in RANGES)
-MOST_WALLS = 20_000  # of each direction
 
 
 @jax.tree_util.register_dataclass
@@ -101,6 +103,7 @@ class Env:
         *,
         task: Delivery | None = None,
         walls: tuple[int, int] | None = None,
+        jammers: JammerRoom | None = None,
     ) -> None:
         """An environment of these settings.
 
@@ -109,14 +112,16 @@ class Env:
             scenario: the world; by default that of the settings' seed.
             task: when an episode is over, and what a step is worth; by default the one that the settings name.
             walls: room for vertical and horizontal walls, for worlds that are swapped in; by default the scenario's.
+            jammers: room for jammers, `jammer_room` of all these worlds; by default the scenario's.
 
         Raises:
             InputError: an impossible setting, or a scenario that does not fit.
         """
         self.settings = of_kind("settings", settings, Settings)
         scenario = make_scenario(settings, settings.seed) if scenario is None else scenario
-        of_kind("scenario", scenario, Scenario)
+        check_scenario(of_kind("scenario", scenario, Scenario), settings)
         self._walls = wall_capacity([scenario]) if walls is None else _whole_blocks(walls)
+        self._jammers = jammers or jammer_room([scenario])
         grammar = Grammar.of(settings)
         self._grammar = grammar
         self.vocabulary: Vocabulary = grammar.vocabulary
@@ -156,24 +161,16 @@ class Env:
         return (*(self.vocabulary.action_text(k) for k in self._grammar.actions), "do nothing")
 
     def arena(self, scenario: Scenario) -> Arena:
-        """A world as this environment takes it, for `Params`.
-
-        Raises InputError if it has more walls than there is room for, another number of agents, or walls of another
-        thickness.
-        """
-        of_kind("scenario", scenario, Scenario)
+        """A world as this environment takes it, for `Params`. Raises InputError if it has more walls than there is room
+        for, more jammers, or does not fit the settings."""
+        check_scenario(of_kind("scenario", scenario, Scenario), self.settings)
         needed = wall_capacity([scenario])
         if needed[0] > self._walls[0] or needed[1] > self._walls[1]:
             raise InputError(f"walls={self._walls}: accepted is room for at least {needed}, as the scenario has")
-        if len(scenario.start) != self.agents:
-            raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {self.agents}")
-        thickness = self.settings.world.wall_thickness
-        if scenario.wall_thickness != thickness:
-            raise InputError(
-                f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {thickness:g} m, as "
-                "world.wall_thickness says"
-            )
-        one = stack([scenario], [self._channels], capacity=self._walls, width=1 + max(self._channels))
+        if not has_room(self._jammers, scenario):
+            raise InputError(f"jammers={self._jammers}: accepted is room for {jammer_room([scenario])}, as it has")
+        width = 1 + max(self._channels)
+        one = stack([scenario], [self._channels], capacity=self._walls, width=width, jammers=self._jammers)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf[..., 0]), one)
 
     def change(self, params: Params, changes: Mapping[str, Any]) -> Params:
@@ -184,16 +181,12 @@ class Env:
         the world was made before, and stays.
 
         Raises InputError for a number that is not accepted, or a name that is no number of the physics: one of radio,
-        or of swarm and learning what `SwarmParameters` have.
+        or of swarm and learning what `SwarmParameters` have or failures are made of.
         """
-        physical = {field.name for field in dataclasses.fields(SwarmParameters)}
         plain: dict[str, dict[str, Any]] = {name: {} for name in ("radio", "swarm", "learning")}
         traced: dict[str, dict[str, Any]] = {name: {} for name in plain}
         for name, value in changes.items():
-            section, _, last = str(name).partition(".")
-            known = section in plain and (section == "radio" or last in physical)
-            if not known or type(getattr(getattr(self.settings, section), last, None)) not in (float, int):
-                raise refuse("change", name, "the name of a number of the physics, such as radio.power_dbm")
+            section, last = self._physical(name)
             (traced if isinstance(value, jax.Array) else plain)[section][last] = value
         settings: Any = SimpleNamespace(**vars(self.settings))
         for section, values in plain.items():
@@ -201,6 +194,19 @@ class Env:
         radio = RadioParameters.of(settings.radio, **traced["radio"])
         body = SwarmParameters.of(settings, **traced["swarm"], **traced["learning"])
         return dataclasses.replace(params, physics=dataclasses.replace(params.physics, radio=radio, swarm=body))
+
+    def _physical(self, name: str) -> tuple[str, str]:
+        """Section and field of a number of the physics; see `change`."""
+        section, _, last = str(name).partition(".")
+        body = {field.name for field in dataclasses.fields(SwarmParameters)} | set(CHANGEABLE)
+        known = {
+            "radio": {field for field, value in vars(self.settings.radio).items() if type(value) in (int, float)},
+            "swarm": body & vars(self.settings.swarm).keys(),
+            "learning": body & vars(self.settings.learning).keys(),
+        }
+        if last not in known.get(section, ()):
+            raise refuse("change", name, "the name of a number of the physics, such as radio.power_dbm")
+        return section, last
 
     # The episode.
 
@@ -213,9 +219,7 @@ class Env:
         """
         physics = params.physics
         words = jax.random.key_data(key) if jnp.issubdtype(key.dtype, jax.dtypes.prng_key) else key
-        state = initial_state(params.arena, words.reshape(-1)[-2:], physics.swarm.packets, physics.radio.noise)
-        state = dataclasses.replace(state, power=links.draw(state, params.arena, physics.radio))
-        return self._observed(state, params)
+        return self._observed(swarm.begin(params.arena, words.reshape(-1)[-2:], physics), params)
 
     def step(
         self, key: jax.Array, state: EnvState, action: jax.Array, params: Params

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from slcs2_jax.config import InputError, Settings, Swarm, World
+from slcs2_jax.config import InputError, Radio, Settings, Swarm, World
 from slcs2_jax.env import CELLS, AutoReset, Env, make
 from slcs2_jax.grammar import random_rule_sets
 from slcs2_jax.grammar.vocabulary import NO_ACTION
@@ -179,7 +179,7 @@ def by_hand(start, *, sink=(600.0, 0.0), walls=(), thickness=1.0) -> Scenario:
         seed=0,
         sink=np.array(sink, np.float32),
         sink_estimate=np.array(sink, np.float32),
-        jammer=None,
+        jammers=(),
         vertical=rows,
         horizontal=np.zeros((0, 3), np.float32),
         wall_thickness=thickness,
@@ -228,9 +228,10 @@ def test_stacked_worlds_are_stepped_as_each_alone():
     assert len({np.asarray(world).tobytes() for world in together[1][0]["x"]}) == 3
 
 
+BODY = ("packets", "speed", "clearance", "lidar_range", "distance_threshold", "tolerance")
 PHYSICAL = [
-    *(f"radio.{name}" for name in vars(environment("open").settings.radio)),
-    *(f"swarm.{name}" for name in ("packets", "speed", "clearance", "lidar_range", "distance_threshold", "tolerance")),
+    *(f"radio.{name}" for name, said in vars(Radio()).items() if isinstance(said, int | float)),
+    *(f"swarm.{name}" for name in BODY),
     "learning.cost_move",
     "learning.cost_communicate",
 ]
@@ -429,6 +430,9 @@ def test_a_number_that_is_no_action_is_to_do_nothing():
 # Bad input.
 
 
+STARTS = [(0.0, 5.0), (5.0, 0.0), (0.0, -5.0), (-5.0, 0.0)]
+
+
 @pytest.mark.parametrize(
     ("name", "changes", "told"),
     [
@@ -461,9 +465,9 @@ def test_every_world_is_made_by_its_name():
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"scenario": by_hand([(0, 5), (5, 0), (9, 9)])}, "scenario: starts for 3 agents; accepted are 4"),
-        ({"scenario": by_hand([(0, 5)] * 4, thickness=2.0)}, "scenario: walls 2 m thick; accepted is 1 m"),
-        ({"scenario": by_hand([(0, 5)] * 4, walls=[(9, 1, 2)] * 17), "walls": (16, 0)}, "walls=(16, 0): accepted is "),
+        ({"scenario": by_hand(STARTS[:3])}, "scenario.start=float32 [3, 2]: accepted is a float32 array [4, 2] "),
+        ({"scenario": by_hand(STARTS, thickness=2.0)}, "scenario.wall_thickness=2.0: accepted is 1 m"),
+        ({"scenario": by_hand(STARTS, walls=[(9, 1, 2)] * 17), "walls": (16, 0)}, "walls=(16, 0): accepted is "),
         ({"scenario": "urban"}, "scenario=str: accepted is a Scenario"),
         ({"walls": (-1, 0)}, "walls=-1: accepted is "),
         ({"walls": 3}, "walls=3: accepted is "),

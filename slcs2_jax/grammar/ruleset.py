@@ -100,15 +100,24 @@ def rule_ids(mask: NDArray[np.uint32], action: NDArray[np.uint8]) -> NDArray[np.
 
 @dataclass(frozen=True, eq=False)
 class RuleSets:
-    """The rules of a whole solution: mask uint32[n, R, W] and action uint8[n, R], n agents with R rules each, W words
-    of the vocabulary.
+    """The rules of a whole solution: n agents with R rules each, W words of the vocabulary to a mask.
 
-    Raises InputError if the arrays' types or shapes are not these, a rule has no clause, or a number means nothing.
+    Attributes:
+        mask: uint32[n, R, W], clauses.
+        action: uint8[n, R].
+        vocabulary: what the numbers mean.
+        reflex: bool[n, R], rules that act whenever they hold, before any choice; None for none (`docs/model.md`).
+        quality: float32[n, R], q at the start of an episode; None for that of the settings.
+
+    Raises InputError if the arrays' types or shapes are not these, a rule has no clause, a number means nothing, or a
+    quality is not finite.
     """
 
     mask: NDArray[np.uint32]
     action: NDArray[np.uint8]
     vocabulary: Vocabulary = PAPER
+    reflex: NDArray[np.bool_] | None = None
+    quality: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         mask, action, known = self.mask, self.action, self.vocabulary
@@ -123,6 +132,14 @@ class RuleSets:
         unused = known.words * WORD_BITS - len(known.clauses)
         if unused and (mask[..., -1] >> np.uint32(WORD_BITS - unused)).any():
             raise InputError(f"rule-sets: a mask has a bit beyond clause {len(known.clauses) - 1}")
+        for name, dtype in (("reflex", np.bool_), ("quality", np.float32)):
+            array = getattr(self, name)
+            if array is None:
+                continue
+            if array.shape != action.shape or array.dtype != dtype:
+                raise InputError(f"rule-sets: {name} is {array.dtype}{list(array.shape)}, not of each rule")
+            if not np.isfinite(array).all():
+                raise InputError(f"rule-sets: {name} is not finite everywhere")
 
     def ids(self) -> NDArray[np.uint64]:
         """The rules' hashes, uint64[n, R]; equal rules have equal ones. See `rule_ids`."""

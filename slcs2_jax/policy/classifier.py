@@ -10,7 +10,9 @@ import numpy as np
 
 from slcs2_jax.grammar import RuleSets
 from slcs2_jax.grammar.language import Language
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.policy import grasp, matching, qlearning, strength
+from slcs2_jax.policy.first_match import first_match
 from slcs2_jax.policy.learning import LearningParameters
 from slcs2_jax.policy.policy import Clock, Figures, Policy
 from slcs2_jax.policy.rules import Rules
@@ -45,18 +47,22 @@ class Memory:
 
 @dataclasses.dataclass(frozen=True)
 class Classifier(Policy):
-    """The paper's agent: GRASP over learnt quality, Q-learning, a bounded trace of strength. Parameters: `Rules`."""
+    """The paper's agent: GRASP over learnt quality, Q-learning, a bounded trace of strength. Parameters: `Rules`.
+
+    Beyond the paper, rules may be reflexes (subsumption; Brooks 1986): the first flagged rule that holds acts, before
+    any choice; learning sees its action set as any other.
+    """
 
     def arrays(self, given: RuleSets, language: Language) -> Rules:
         """Rule-sets, compiled."""
         return Rules.of(given, language)
 
     def initial_memory(self, parameters: Rules, agents: jax.Array, learning: LearningParameters) -> Memory:
-        """Nothing learnt: all zero."""
+        """Nothing learnt: all zero, but for quality that the rules bring, or that the settings give to all."""
         per_agent = parameters.action.shape[1:]
         zeros = jnp.zeros(parameters.action.shape, jnp.float32)
         return Memory(
-            quality=zeros,
+            quality=zeros + learning.initial_quality if parameters.quality is None else parameters.quality,
             error=zeros,
             strength=zeros,
             usage=jnp.zeros(zeros.shape, jnp.int32),
@@ -74,6 +80,9 @@ class Classifier(Policy):
         quality, error = _learn(memory, ahead, clock.last_share, learning)
         lots = _lots(parameters, clock, learning)
         action = grasp.choose(match, quality, parameters.action, lots, learning.alpha_grasp)
+        if parameters.reflex is not None:
+            _, reflex = first_match(match & parameters.reflex, parameters.action)
+            action = jnp.where(reflex == NO_ACTION, action, reflex)
         members = match & (parameters.action == action.astype(jnp.uint8))
         trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
         return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
@@ -108,7 +117,11 @@ class Classifier(Policy):
         """The rule that `decide` drew when it returned this memory: int32 [n, ...]; -1 where nothing matched."""
         lots = _lots(parameters, clock, learning)
         match = self.matched(parameters, seen)
-        return grasp.chosen(match, memory.quality, parameters.action, lots, learning.alpha_grasp)
+        drawn = grasp.chosen(match, memory.quality, parameters.action, lots, learning.alpha_grasp)
+        if parameters.reflex is None:
+            return drawn
+        flagged = match & parameters.reflex
+        return jnp.where(jnp.any(flagged, axis=0), jnp.argmax(flagged, axis=0).astype(jnp.int32), drawn)
 
     def matched(self, parameters: Rules, seen: Observation) -> jax.Array:
         """The match set: bool [R, n, ...]."""
