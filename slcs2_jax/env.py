@@ -188,11 +188,10 @@ class Env:
         for name, value in changes.items():
             section, last = self._physical(name)
             (traced if isinstance(value, jax.Array) else plain)[section][last] = value
-        settings: Any = SimpleNamespace(**vars(self.settings))
-        for section, values in plain.items():
-            setattr(settings, section, dataclasses.replace(getattr(self.settings, section), **values))
-        radio = RadioParameters.of(settings.radio, **traced["radio"])
-        body = SwarmParameters.of(settings, **traced["swarm"], **traced["learning"])
+        checked = {name: dataclasses.replace(getattr(self.settings, name), **plain[name]) for name in plain}
+        sections = {name: SimpleNamespace(**(vars(checked[name]) | traced[name])) for name in plain}
+        radio = RadioParameters.of(sections["radio"])
+        body = SwarmParameters.of(SimpleNamespace(world=self.settings.world, **sections))
         return dataclasses.replace(params, physics=dataclasses.replace(params.physics, radio=radio, swarm=body))
 
     def _physical(self, name: str) -> tuple[str, str]:

@@ -7,14 +7,12 @@ function names it, and every one works on a single instance as on thousands.
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.config.settings import Settings
 from slcs2_jax.swarm.failure import FailureParameters
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import SLACK
@@ -46,25 +44,22 @@ class SwarmParameters:
     failures: FailureParameters | None = None
 
     @classmethod
-    def of(cls, settings: Settings, **changed: Any) -> SwarmParameters:
-        """Take the values from the settings.
-
-        `changed` are settings of the swarm, and costs of actions, by name in place of its own: traced arrays too.
-        """
-        said: Any = SimpleNamespace(**(vars(settings.learning) | vars(settings.swarm) | changed))
-        beyond_slack = said.clearance - SLACK
+    def of(cls, settings: Any) -> SwarmParameters:
+        """Take the values from the settings, or anything with their attributes, of which numbers may be traced."""
+        swarm, learning = settings.swarm, settings.learning
+        beyond_slack = swarm.clearance - SLACK
         return cls(
-            packets=jnp.int32(said.packets),
-            speed=jnp.float32(said.speed),
-            clearance=jnp.float32(said.clearance),
+            packets=jnp.int32(swarm.packets),
+            speed=jnp.float32(swarm.speed),
+            clearance=jnp.float32(swarm.clearance),
             clear=jnp.float32(((beyond_slack + abs(beyond_slack)) / 2) ** 2),  # its square, or 0 if it is less
-            lidar_range=jnp.float32(said.lidar_range),
-            distance_threshold=jnp.float32(said.distance_threshold),
-            tolerance=jnp.float32(said.tolerance),
+            lidar_range=jnp.float32(swarm.lidar_range),
+            distance_threshold=jnp.float32(swarm.distance_threshold),
+            tolerance=jnp.float32(swarm.tolerance),
             half_thickness=jnp.float32(settings.world.wall_thickness / 2),
-            cost_move=jnp.float32(said.cost_move),
-            cost_communicate=jnp.float32(said.cost_communicate),
-            failures=FailureParameters.of(said),
+            cost_move=jnp.float32(learning.cost_move),
+            cost_communicate=jnp.float32(learning.cost_communicate),
+            failures=FailureParameters.of(swarm),
         )
 
 
