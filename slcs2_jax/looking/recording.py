@@ -211,7 +211,8 @@ def record(
     computed = 0
     while running and computed < most:
         episode, notes = watch(episode, parameters)
-        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
+        steps = notes["running"].size
+        part = {name: np.asarray(leaf).reshape(steps, *leaf.shape[3:]) for name, leaf in notes.items()}
         matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
         parts.append(part)
         running = bool(part["running"][-1])
