@@ -11,6 +11,7 @@ from types import UnionType
 from typing import Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 
 LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
@@ -102,15 +103,18 @@ def _kind(hint: Any) -> tuple[type, bool]:
 
 
 def show(value: object) -> str:
-    """A value as a user would type it, on one line and never long."""
+    """A value as a user would type it, on one line, printable and never long."""
     if value is None:
         return "null"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
         value = "[" + ",".join(map(show, value)) + "]"
-    text = str(value) if isinstance(value, str | int | float) else repr(value)
-    text = " ".join(text.split())
+    try:
+        text = str(value) if isinstance(value, str | int | float) else repr(value)
+    except (ValueError, RecursionError):  # a number of thousands of digits, a list in itself
+        text = "(too long to be shown)"
+    text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 
 

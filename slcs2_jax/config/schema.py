@@ -37,11 +37,12 @@ def accepted_paths() -> dict[str, tuple[str, str]]:
 
 
 def flatten(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused."""
+    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused, and so does
+    an empty mapping in the place of a setting."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         path = f"{prefix}{key}"
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and (value or path in SECTIONS):
             flat.update(flatten(value, path + "."))
         else:
             flat[path] = value
@@ -66,6 +67,8 @@ def settings_from(mapping: Mapping[str, Any]) -> Settings:
 
     A setting may stand under both of its names only with one value.
     """
+    if not isinstance(mapping, Mapping):
+        raise refuse("settings", mapping, "a mapping of settings")
     paths = accepted_paths()
     found: dict[tuple[str, str], Any] = {}
     for path, value in flatten(mapping).items():

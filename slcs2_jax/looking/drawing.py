@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,13 @@ from matplotlib.figure import Figure
 from slcs2_jax.results.files import write_whole
 
 SUFFIXES = (".png", ".svg", ".pdf")
-_RC = {"font.size": 8.0, "svg.hashsalt": "slcs2_jax", "svg.fonttype": "path", "figure.dpi": 100.0}
+_RC = {
+    "font.size": 8.0,
+    "svg.hashsalt": "slcs2_jax",
+    "svg.fonttype": "path",
+    "figure.dpi": 100.0,
+    "text.parse_math": False,  # names of files may hold a $
+}
 _UNDATED: dict[str, dict[str, Any]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None},
@@ -43,7 +50,8 @@ def write_figure(drawn: Figure, path: Path) -> None:
 @contextmanager
 def own_style() -> Iterator[None]:
     """Matplotlib's defaults and ours, whatever the user's own are."""
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # a name in letters that the font has not
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_RC)  # type: ignore[arg-type]
         yield

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -14,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.door import telling_damage
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.looking.solutions import as_saved
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import read_timing
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.instance import Instance, Site
@@ -27,9 +27,6 @@ from slcs2_jax.swarm.task import task_of
 from slcs2_jax.world.scenario import make_scenario
 
 MakeSearch = Callable[..., Search]
-
-# What restoring can raise if a checkpoint was put together by something else than this program.
-_FOREIGN = (LookupError, ValueError, TypeError, AttributeError, OverflowError, struct.error, zlib.error)
 
 
 @dataclass(eq=False)
@@ -75,8 +72,9 @@ class Run:
         if stored is not None:
             arrays, about = stored
             try:
-                self._restore(arrays, about)
-            except _FOREIGN as error:
+                with telling_damage():  # put together by something else than this program
+                    self._restore(arrays, about)
+            except InputError as error:
                 raise self.folder.bad_checkpoint(error) from None
         self.seconds_before = float((read_timing(self.folder.path) or {}).get("wall_seconds", 0.0))
         self.folder.cut_rows([run.search.generation for run in self.runs])
@@ -200,7 +198,7 @@ def _check_search(folder: RunFolder, make_search: MakeSearch) -> None:
 
 def _runs(settings: Settings, grammar: Grammar, folder: RunFolder | None, make_search: MakeSearch) -> list[Instance]:
     runs = []
-    for instance in range(settings.instances):
+    for instance in counted(range(settings.instances), "worlds made:"):
         scenario = make_scenario(settings, settings.seed + instance)
         search = make_search(
             settings.search,

@@ -139,7 +139,8 @@ _TYPES = {
 def _intent(view: View, kind: str, given: dict[str, Any]) -> Intent:
     """An intent of one kind for everybody; what is not given means nothing."""
     values = dict.fromkeys(_TYPES, 0) | {"acts": True, kind: True, "node": view.x.shape[0] + 2, "level": 1.0} | given
-    return Intent(**{name: jnp.broadcast_to(jnp.asarray(values[name], _TYPES[name]), view.x.shape) for name in _TYPES})
+    arrays = {name: jnp.asarray(values[name], _TYPES[name]) for name in _TYPES}
+    return Intent(**{name: checked(kind, name, array, view.x, _TYPES[name]) for name, array in arrays.items()})
 
 
 def _with_own(intent: Intent, action: jax.Array, view: View, language: Language) -> Intent:
@@ -156,7 +157,10 @@ def _with_own(intent: Intent, action: jax.Array, view: View, language: Language)
             meant = move(view, x, y, known=defined, direction=known.direction)
         else:
             name, part = vocabulary.own_actions[known.own]
-            meant = part(view)
+            try:
+                meant = part(view)
+            except InputError as error:
+                raise InputError(f"action {name!r}: {error}") from None
             if not isinstance(meant, Intent):
                 raise InputError(f"action {name!r}: returned {type(meant).__name__}; accepted is move, collect or send")
         chosen = action == number

@@ -213,15 +213,15 @@ def test_files_that_are_none(tmp_path):
     (tmp_path / "large").write_bytes(b"#" * (64 * 1024 + 1))
     os.mkfifo(tmp_path / "pipe")
     cases = {
-        tmp_path: "not a file",
-        tmp_path / "pipe": "not a file",
+        tmp_path: "is a folder; accepted is a regular file",
+        tmp_path / "pipe": "is a pipe; accepted is a regular file",
         tmp_path / "none.bnf": "no such grammar or file; accepted are main, channel, power, both",
         "mian": "no such grammar or file",
-        "": "not a file",
+        "": "cannot be read|is a folder",
         "a\0b": "cannot be read|no such",
         "x" * 5000: "cannot be read|no such",
         tmp_path / "latin": "not UTF-8 text",
-        tmp_path / "large": "larger than 65536 bytes",
+        tmp_path / "large": "65,537 bytes; accepted are at most 65,536",
         7: "is no name",
         None: "is no name",
         b"main": "is no name",
