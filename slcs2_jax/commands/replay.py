@@ -146,7 +146,7 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["policy"], options["beside"]):
         if name is not None:
-            found.append((Path(name).stem, partial(replay_list, load_decision_list(name), settings, **place)))
+            found.append((terminal(Path(name).stem), partial(replay_list, load_decision_list(name), settings, **place)))
     return found
 
 

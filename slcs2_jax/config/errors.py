@@ -22,7 +22,10 @@ def show(value: object) -> str:
     if isinstance(value, tuple):
         text = "[" + ",".join(show(entry) for entry in value) + "]"
     else:
-        text = str(value) if isinstance(value, str | int | float) else repr(value)
+        try:
+            text = str(value) if isinstance(value, str | int | float) else repr(value)
+        except (ValueError, RecursionError):  # a number of thousands of digits, a list in itself
+            text = "(too long to be shown)"
     text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 

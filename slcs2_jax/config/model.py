@@ -15,6 +15,8 @@ from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.radio import CALIBRATED
 from slcs2_jax.config.world_text import read_world
 
+MOST_BUILDINGS = 10_000  # of a world: the paper's have at most 100; of more, a step takes seconds
+
 # What environment= and range= of the command line set in a world.
 ENVIRONMENTS = choices("environment", ("open", "jammed", "urban", "urban_jammed"))
 RANGES = choices("range", ("short", "long"))
@@ -110,6 +112,13 @@ class World(Section):
         if self.building_min > self.building_max:
             raise refuse(
                 "world.building_min", self.building_min, f"a number up to world.building_max={self.building_max:g}"
+            )
+        if self.buildings and self.distance > MOST_BUILDINGS * self.building_spacing:
+            raise refuse(
+                "world.building_spacing",
+                self.building_spacing,
+                f"a number from {self.distance / MOST_BUILDINGS:g} with world.distance={self.distance:g}, for at most "
+                f"{MOST_BUILDINGS:,} buildings",
             )
         if self.buildings and self.distance < self.building_spacing:
             raise refuse(

@@ -38,11 +38,12 @@ def accepted_paths() -> dict[str, tuple[str, str]]:
 
 
 def flatten(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused."""
+    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused, and so does
+    an empty mapping in the place of a setting."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         path = f"{prefix}{key}"
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and (value or path in SECTIONS):
             flat.update(flatten(value, path + "."))
         else:
             flat[path] = value
@@ -68,6 +69,8 @@ def settings_from(mapping: Mapping[str, Any]) -> Settings:
     A setting may stand under both of its names only with one value. Plug-ins that the mapping names must be loaded: it
     may come from a file, which imports nothing (PluginError).
     """
+    if not isinstance(mapping, Mapping):
+        raise refuse("settings", mapping, "a mapping of settings")
     plugins.check_named(mapping.get(plugins.SETTING), plugins.SETTING)  # first: they bring names that settings have
     paths = accepted_paths()
     found: dict[tuple[str, str], Any] = {}

@@ -39,5 +39,5 @@ def _check(yaml: Any, events: Any) -> None:
                 raise InputError(f"line {event.start_mark.line + 1}: nested deeper than {_DEEPEST}")
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-        elif isinstance(event, yaml.ScalarEvent) and event.style is None and _DIGITS.match(event.value):
+        elif isinstance(event, yaml.ScalarEvent) and _DIGITS.match(event.value):
             raise InputError(f"line {event.start_mark.line + 1}: a number of {len(event.value)} letters")

@@ -24,6 +24,7 @@ from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
+from slcs2_jax.running.memory import check_fits
 from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
 from slcs2_jax.swarm.links import Links
@@ -195,9 +196,10 @@ def record(
         after_chunk: told now and then how many steps were computed.
 
     Raises:
-        InputError: the scenario is none for these settings.
+        InputError: the scenario is none for these settings, or the recording would not fit into memory.
     """
     check_scenario(scenario, settings)
+    check_fits("world.time_limit", scenario.time_limit, _step_bytes(settings.swarm.agents), "a recording")
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
     most = scenario.time_limit if steps is None else min(steps, scenario.time_limit)
@@ -209,7 +211,8 @@ def record(
     computed = 0
     while running and computed < most:
         episode, notes = watch(episode, parameters)
-        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
+        steps = notes["running"].size
+        part = {name: np.asarray(leaf).reshape(steps, *leaf.shape[3:]) for name, leaf in notes.items()}
         matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
         parts.append(part)
         running = bool(part["running"][-1])
@@ -217,6 +220,11 @@ def record(
         after_chunk(computed)
     end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
     return _recording(settings, scenario, deployed, parts, matched, *end, ended=not running)
+
+
+def _step_bytes(agents: int) -> int:
+    """Of a step as it is recorded, twice: its parts are joined in the end."""
+    return 2 * (64 + 20 * agents + 4 * (agents + 2) * -(-(agents + 2) // WORD))
 
 
 def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.uint32]) -> Any:

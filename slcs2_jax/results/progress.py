@@ -8,9 +8,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import TracebackType
-from typing import Any, Protocol, TextIO
+from typing import Any, Protocol, TextIO, TypeVar
 
 from slcs2_jax.config.escape import terminal
+
+Item = TypeVar("Item")
+_PATIENCE = 2.0  # s that work on the host may take without a word
 
 
 class Report(Protocol):
@@ -147,6 +150,30 @@ def counting(label: str) -> Iterator[Callable[..., None]]:
 
     with Console(stderr=True).status(label) as status:
         yield lambda done, total=None: status.update(f"{label} {done:,d}" + (f"/{total:,d}" if total else ""))
+
+
+def counted(
+    items: Sequence[Item],
+    label: str,
+    *,
+    stream: TextIO | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> Iterator[Item]:
+    """The items one by one. Once that takes over 2 s, stderr shows how many are done: on a terminal one line that
+    changes, else a line every 10 s."""
+    stream = sys.stderr if stream is None else stream
+    due, live, shown = clock() + _PATIENCE, stream.isatty(), False
+    try:
+        for number, item in enumerate(items):
+            now = clock()
+            if now >= due:
+                due, shown = now + (0.2 if live else 10.0), True
+                line = f"{terminal(label)} {number:,}/{len(items):,}"
+                print(f"\r{line}" if live else line, end="" if live else "\n", file=stream, flush=True)
+            yield item
+    finally:
+        if live and shown:
+            print("\r\x1b[K", end="", file=stream, flush=True)
 
 
 def duration(seconds: float) -> str:

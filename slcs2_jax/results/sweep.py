@@ -13,6 +13,7 @@ from slcs2_jax.config.door import check_below, folders_below, name_inside, prese
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_config import CONFIG, check_same, check_writable, read_config
 from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
 
@@ -54,7 +55,7 @@ def runs_below(root: str | Path, passed: list[str] | None = None) -> tuple[list[
     found: dict[Path, Settings] = {}
     others = 0
     folders = list(folders_below(top, passed))
-    for folder in folders:
+    for folder in counted(folders, "folders looked into:"):
         if not _is_run(folder):
             continue
         config = read_config(folder)
