@@ -163,7 +163,7 @@ KINDS: dict[str, Registry] = {
             "what an agent does with what it sees",
             {
                 "classifier": "slcs2_jax.policy.classifier:Classifier",
-                "decision_list": "slcs2_jax.policy.decision_list:DecisionListPolicy",
+                "decision_list": "slcs2_jax.policy.first_match:FirstMatch",
             },
         ),
         Registry(
