@@ -109,7 +109,7 @@ def _behaviour(config: dict[str, Any], controller: Any) -> _What:
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
         from slcs2_jax.running import driver
 
-        return driver.evaluate_behaviour(settings, behaviour, deployments=deployments, report=report)
+        return driver.evaluate(settings, behaviour, deployments=deployments, report=report)
 
     return _What(settings, {CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
 

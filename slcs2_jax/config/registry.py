@@ -144,7 +144,7 @@ KINDS: dict[str, Registry] = {
         ),
         Registry(
             "search",
-            "search",
+            "search.name",
             "proposes solutions and learns from their evaluations",
             {"slcs2": "slcs2_jax.search.slcs2:Slcs2", "random": "slcs2_jax.search.random:RandomSearch"},
         ),
@@ -162,6 +162,12 @@ KINDS: dict[str, Registry] = {
             "search.variation",
             "makes a new solution from an evaluated one",
             {"exchange": "slcs2_jax.search.offspring:Exchange"},
+        ),
+        Registry(
+            "parent",
+            "search.parent",
+            "which of the solutions under exploration is varied next",
+            {"fewest": "slcs2_jax.search.parents:FewestExplorations"},
         ),
     )
 }

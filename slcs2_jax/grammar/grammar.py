@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
+from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.bnf import Production, read_bnf
@@ -14,6 +15,9 @@ from slcs2_jax.grammar.check import Cost, derive, shortest_derivations
 from slcs2_jax.grammar.source import MAX_BYTES, read_source
 from slcs2_jax.grammar.tables import DecodeTables, compile_tables
 from slcs2_jax.grammar.vocabulary import ACTIONS, CLAUSES, quote
+
+if TYPE_CHECKING:
+    from slcs2_jax.config import Rules
 
 GRAMMARS = ("main", "channel", "power", "both")
 MAX_CLAUSES = 64  # the greatest max_clauses accepted
@@ -37,6 +41,22 @@ class Grammar:
     clauses: tuple[int, ...] = field(repr=False)
     actions: tuple[int, ...] = field(repr=False)
     tables: DecodeTables = field(repr=False)
+
+    @classmethod
+    def of(cls, rules: Rules, text: str | None = None) -> Grammar:
+        """The grammar that `Settings.rules` names, decoded as it says; its `text`, if given, in place of the file's.
+
+        Raises InputError as `load_grammar` and `parse_grammar` do.
+        """
+        options: dict[str, Any] = {
+            "max_clauses": rules.max_clauses,
+            "single_option_consumes": rules.single_option_consumes,
+        }
+        return (
+            load_grammar(rules.grammar, **options)
+            if text is None
+            else parse_grammar(text, name=rules.grammar, **options)
+        )
 
     @cached_property
     def channels_used(self) -> tuple[int, ...]:

@@ -26,6 +26,7 @@ from slcs2_jax.policy.classifier import Rules
 from slcs2_jax.policy.matching import match_set
 from slcs2_jax.policy.protocol import Controller
 from slcs2_jax.rollout import LANES
+from slcs2_jax.search.evaluation import fitness_of
 from slcs2_jax.swarm.fate import Fate, fates
 from slcs2_jax.swarm.state import State
 from slcs2_jax.world.arena import stack, wall_capacity
@@ -272,7 +273,9 @@ def _recording(
         noted[name] = np.concatenate([noted[name], np.asarray(getattr(state, name))[None]])
     for name in ("served", "served_fate"):
         noted[name] = noted[name][:, list(channels)]
-    fitness = int(result.delivered) / settings.swarm.packets - steps / scenario.time_limit
+    fitness = fitness_of(
+        delivered=int(result.delivered), packets=settings.swarm.packets, steps=steps, time_limit=scenario.time_limit
+    )
     learnt = {name: np.asarray(getattr(result, name)).T for name in ("usage", "quality", "strength", "error")}
     return Recording(
         settings=settings,

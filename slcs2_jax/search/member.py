@@ -1,9 +1,6 @@
-"""What the two kinds of acceptance share: members, verdicts and the interface that the search uses."""
+"""Members: evaluated solutions that a search holds on to."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Any, Protocol
 
 from slcs2_jax.search.compressed import Compressed
 from slcs2_jax.search.evaluation import Evaluation
@@ -25,15 +22,12 @@ class Member:
 
     @classmethod
     def of_data(cls, solution: bytes, evaluation: bytes, explorations: int) -> Member:
-        """The member whose `data` this was. What it raises if it was none's, see `Compressed`."""
+        """The member whose `data` this was. For what it raises on other bytes see `Compressed.of_data`."""
         made = cls.__new__(cls)
         made._solution = Compressed.of_data(Solution, solution)
         made._evaluation = Compressed.of_data(Evaluation, evaluation)
-        made.explorations, made.fitness, made.generation = (
-            explorations,
-            made.evaluation.fitness,
-            made.solution.generation,
-        )
+        made.explorations = explorations
+        made.fitness, made.generation = made.evaluation.fitness, made.solution.generation
         return made
 
     @property
@@ -48,37 +42,3 @@ class Member:
     @property
     def evaluation(self) -> Evaluation:
         return self._evaluation.record()
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What became of a newcomer."""
-
-    accepted: bool
-    novelty: float  # mean Delta b to the members it met; NaN if it met none
-    removed: tuple[int, ...]  # generations of the members that left for it
-    size: int  # members afterwards
-
-
-class Acceptance(Protocol):
-    """Decides which evaluated solutions are explored further, and which of them next."""
-
-    def consider(self, newcomer: Member) -> Verdict:
-        """Take in or refuse the newcomer."""
-        ...
-
-    def parent(self) -> tuple[Member, int]:
-        """The member to explore next and its explorations before this one; counts this one."""
-        ...
-
-    def members(self) -> list[Member]:
-        """The members held, oldest first."""
-        ...
-
-    def state(self) -> dict[str, Any]:
-        """Everything but the members, as JSON-able values."""
-        ...
-
-    def restore(self, members: list[Member], state: dict[str, Any]) -> None:
-        """Become what `members()` and `state()` were taken from."""
-        ...

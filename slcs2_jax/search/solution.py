@@ -1,15 +1,14 @@
-"""A solution: one rule-set per agent, with every rule's origin. [n, R] = agents, rules; masks are 4 words."""
+"""A solution: one rule-set per agent, with every rule's origin. [n, R] = agents, rules."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
 from slcs2_jax.config import InputError
-from slcs2_jax.grammar import rule_ids
-from slcs2_jax.grammar.vocabulary import MASK_WORDS
+from slcs2_jax.grammar import RuleSets
 from slcs2_jax.search.supply import RuleSupply
 
 
@@ -21,13 +20,7 @@ class Origin(IntEnum):
     COPIED = 2  # taken over from another agent's rule-set of the parent solution
 
 
-_RULE_ARRAYS = {
-    "mask": np.uint32,
-    "action": np.uint8,
-    "origin_kind": np.uint8,
-    "origin_generation": np.int32,
-    "origin_agent": np.int8,
-}
+ORIGIN = {"origin_kind": np.uint8, "origin_generation": np.int32, "origin_agent": np.int8}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,8 +30,7 @@ class Solution:
     The arrays are made read-only: members of a collection share no state that anyone can change.
     """
 
-    mask: np.ndarray  # uint32[n, R, 4] clause masks
-    action: np.ndarray  # uint8[n, R] action numbers
+    rules: RuleSets
     origin_kind: np.ndarray  # uint8[n, R] of Origin
     origin_generation: np.ndarray  # int32[n, R] generation in which the rule got its kind
     origin_agent: np.ndarray  # int8[n, R] agent it was copied from; -1 if it was not
@@ -46,49 +38,65 @@ class Solution:
     parent: int  # generation of the solution it was made from; -1 for the first
 
     def __post_init__(self) -> None:
-        shape = self.action.shape
-        if len(shape) != 2:
-            raise InputError(f"solution.action has shape {shape}; [agents, rules] is expected")
-        for name, dtype in _RULE_ARRAYS.items():
+        for name, dtype in ORIGIN.items():
             array = getattr(self, name)
-            expected = (*shape, MASK_WORDS) if name == "mask" else shape
-            if array.shape != expected or array.dtype != dtype:
-                found = f"{array.dtype}{list(array.shape)}"
-                raise InputError(f"solution.{name} is {found}; {np.dtype(dtype)}{list(expected)} is expected")
+            if array.shape != self.shape or array.dtype != dtype:
+                got = f"{array.dtype}{list(array.shape)}"
+                raise InputError(f"solution.{name} is {got}; {np.dtype(dtype)}{list(self.shape)} is expected")
+        for array in self.arrays().values():
             array.flags.writeable = False
 
-    @property
-    def agents(self) -> int:
-        return self.action.shape[0]
+    @classmethod
+    def of(cls, arrays: dict[str, np.ndarray], *, generation: int, parent: int) -> Solution:
+        """The solution whose `arrays` these are."""
+        origin = {name: arrays[name] for name in ORIGIN}
+        return cls(rules=RuleSets(arrays["mask"], arrays["action"]), **origin, generation=generation, parent=parent)
+
+    @classmethod
+    def made(cls, rules: RuleSets, *, generation: int, parent: int = -1) -> Solution:
+        """Rule-sets whose rules all count as new in this generation, for searches that do not trace their origins."""
+        shape = rules.action.shape
+        return cls(
+            rules=rules,
+            origin_kind=np.full(shape, Origin.RANDOM if generation else Origin.INITIAL, np.uint8),
+            origin_generation=np.full(shape, generation, np.int32),
+            origin_agent=np.full(shape, -1, np.int8),
+            generation=generation,
+            parent=parent,
+        )
 
     @property
-    def rules(self) -> int:
-        return self.action.shape[1]
+    def shape(self) -> tuple[int, int]:
+        """Agents and rules."""
+        agents, rules = self.rules.action.shape
+        return agents, rules
 
     @property
     def ids(self) -> np.ndarray:
         """Rule identities uint64[n, R], computed at each look."""
-        return rule_ids(self.mask, self.action)
+        return self.rules.ids()
+
+    @property
+    def homogeneous(self) -> bool:
+        """Have all agents the same rules in the same places?"""
+        return bool(
+            (self.rules.action == self.rules.action[:1]).all() and (self.rules.mask == self.rules.mask[:1]).all()
+        )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The per-rule arrays by name."""
-        return {name: getattr(self, name) for name in _RULE_ARRAYS}
+        origin: dict[str, np.ndarray] = {name: getattr(self, name) for name in ORIGIN}
+        return {"mask": self.rules.mask, "action": self.rules.action, **origin}
 
     def equals(self, other: Solution) -> bool:
         """True iff every field is the same (arrays element by element)."""
-        return all(np.array_equal(getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        own, others = self.arrays(), other.arrays()
+        same = all(np.array_equal(own[name], others[name]) for name in own)
+        return same and (self.generation, self.parent) == (other.generation, other.parent)
 
 
-def initial_solution(agents: int, rules: int, supply: RuleSupply) -> Solution:
-    """The first solution of a run: `agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
-    shape = (agents, rules)
+def random_rules(agents: int, rules: int, supply: RuleSupply) -> RuleSets:
+    """`agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
     drawn = supply.take(agents * rules)
-    return Solution(
-        mask=drawn["mask"].reshape(*shape, MASK_WORDS),
-        action=drawn["action"].reshape(shape),
-        origin_kind=np.full(shape, Origin.INITIAL, np.uint8),
-        origin_generation=np.zeros(shape, np.int32),
-        origin_agent=np.full(shape, -1, np.int8),
-        generation=0,
-        parent=-1,
-    )
+    mask, action = drawn["mask"], drawn["action"]
+    return RuleSets(mask.reshape(agents, rules, mask.shape[-1]), action.reshape(agents, rules))
