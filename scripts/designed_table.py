@@ -16,7 +16,7 @@ from pathlib import Path
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings, World
-from slcs2_jax.policy.decision_text import Behaviour, load_behaviour
+from slcs2_jax.policy.decision_list import DecisionList, load_decision_list
 from slcs2_jax.results import Progress
 from slcs2_jax.results.files import write_text
 from slcs2_jax.results.run_config import versions
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="folder for the tables")
     parser.add_argument("controller", nargs="?", default="designed", help="another behaviour")
     arguments = parser.parse_args()
-    behaviour = load_behaviour(arguments.controller)
+    behaviour = load_decision_list(arguments.controller)
     runtime.configure(Settings().compute)
     start = time.perf_counter()
     episodes = {name: deploy(behaviour, name, **where) for name, where in (("design", DESIGN), ("fresh", FRESH))}
@@ -45,7 +45,7 @@ def main() -> None:
     write_text(arguments.out / "README.md", page(behaviour, episodes, seconds))
 
 
-def deploy(behaviour: Behaviour, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
+def deploy(behaviour: DecisionList, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
     """Every cell's episodes."""
     from slcs2_jax.running.driver import deploy_in_runs
 
@@ -69,7 +69,7 @@ def rows(episodes: dict[str, Episodes]) -> str:
     return text.getvalue()
 
 
-def page(behaviour: Behaviour, episodes: dict[str, Episodes], seconds: float) -> str:
+def page(behaviour: DecisionList, episodes: dict[str, Episodes], seconds: float) -> str:
     """The tables, as Markdown."""
     count = sum(len(own) for cells in episodes.values() for instances in cells.values() for own in instances)
     lines = [

@@ -15,32 +15,33 @@ from slcs2_jax.config.field import refuse
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.results import EvaluationSummary, Report, RunSummary
 from slcs2_jax.running import driver
-from slcs2_jax.running.deployable import Policy, deployable
+from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import MOST_DEPLOYMENTS, Evaluator
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.protocol import MakeSearch
 from slcs2_jax.world.scenario import Scenario
 
 
-def deploy(settings: Settings, scenario: Scenario, policy: Policy, *, deployments: int = 1) -> list[Deployment]:
+def deploy(settings: Settings, scenario: Scenario, policy: Deployable, *, deployments: int = 1) -> list[Deployment]:
     """Episodes of a policy in one scenario, each with randomness of its own (docs/model.md). See `Evaluator` for many.
 
     Args:
         settings: radio, swarm, learning and rules; of the world the thickness of walls alone is looked at.
         scenario: where, from `make_scenario` or made by hand.
-        policy: rule-sets (mask uint32[n, R, 4], action uint8[n, R]), a solution of a search or of a file, or a decision
-            list.
+        policy: rule-sets, a solution of a search or of a file, a decision list, or any other policy with its parameters
+            (`bind`).
         deployments: how many episodes; episode i is the same in every call.
 
     Returns:
-        For each its fitness, packets delivered, steps, contributions, and what was learnt of every rule (`figures`).
+        For each its fitness, packets delivered, steps, contributions, and what was learnt of every rule (`figures`;
+        None for a policy without rules).
 
     Raises:
         InputError: fewer than one deployment, or a scenario or policy that the settings do not fit.
     """
     of_kind("settings", settings, Settings)
     of_kind("scenario", scenario, Scenario)
-    ready = deployable(policy, settings)
+    ready = bound(policy, settings)
     [[found]] = Evaluator(settings)([ready], [scenario], deployments=deployments).deployments
     return list(found)
 
@@ -91,7 +92,7 @@ def search_name(make: Any) -> str:
 
 
 def evaluate(
-    settings: Settings, policy: Policy, *, deployments: int = 1, report: Report | None = None
+    settings: Settings, policy: Deployable, *, deployments: int = 1, report: Report | None = None
 ) -> EvaluationSummary:
     """Deploy a policy (see `deploy`) in the scenarios of `settings.instances` seeds; `driver.evaluate`."""
     of_kind("settings", settings, Settings)

@@ -53,7 +53,7 @@ class Make:
         if ids is not None:
             arrays["mask"][..., 0] = np.asarray(ids) + 1  # a rule has a clause
             arrays["mask"][..., 1:], arrays["action"][:] = 0, 0
-        return Solution.of(arrays, generation=generation, parent=-1)
+        return Solution.of(arrays | {"generation": generation, "parent": -1})
 
     @staticmethod
     def deployment(

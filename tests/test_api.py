@@ -41,7 +41,9 @@ def test_importing_starts_neither_jax_nor_hydra():
 
 
 def test_only_what_computes_starts_jax():
-    quick = sorted(set(slcs2.__all__) - {"deploy", "evaluate", "evolve", "replay", "Evaluator"})
+    computing = {"deploy", "evaluate", "evolve", "replay", "Evaluator", "Env", "AutoReset", "make", "Network", "Policy"}
+    computing |= {"BoundPolicy", "bind", "bind_list", "bind_rules", "collect", "move", "send", "Delivery", "Score"}
+    quick = sorted(set(slcs2.__all__) - computing)
     code = f"import slcs2_jax, sys; [getattr(slcs2_jax, name) for name in {quick}]; print('jax' in sys.modules)"
     assert python(code) == "False\n"
 
@@ -120,12 +122,12 @@ def test_what_is_no_argument_at_all_is_refused_in_the_same_words(settings, rules
         (lambda: slcs2.deploy(settings, None, rules), "scenario=NoneType: accepted is a Scenario"),
         (
             lambda: slcs2.deploy(settings, scenario, rules.mask),
-            r"policy=ndarray: accepted is a RuleSets, Solution, SavedSolution or Behaviour",
+            r"policy=ndarray: accepted is a RuleSets, Solution, SavedSolution, DecisionList or BoundPolicy",
         ),
         (lambda: slcs2.evolve("open"), "settings=str: accepted is a Settings"),
         (
             lambda: slcs2.evaluate(settings, "best.npz"),
-            r"policy=str: accepted is a RuleSets, Solution, SavedSolution or Behaviour",
+            r"policy=str: accepted is a RuleSets, Solution, SavedSolution, DecisionList or BoundPolicy",
         ),
         (lambda: slcs2.load_solution(3), "solution=3: accepted is the path of a file"),
         (lambda: slcs2.read_run(None), "run=null: accepted is the path of a file or folder"),

@@ -24,7 +24,7 @@ from slcs2_jax.results.sweep import runs_below
 
 
 class Driver(types.ModuleType):
-    """Stands in for evolution/driver.py: keeps what it was called with."""
+    """Stands in for running/driver.py: keeps what it was called with."""
 
     def __init__(self) -> None:
         super().__init__("slcs2_jax.running.driver")
@@ -61,11 +61,11 @@ class Driver(types.ModuleType):
 
 @pytest.fixture
 def driver(monkeypatch, tmp_path):
-    import slcs2_jax.evolution
+    import slcs2_jax.running
 
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
-    monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
+    monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.chdir(tmp_path)
     return stub

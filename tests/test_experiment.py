@@ -18,7 +18,7 @@ TINY = ("world.time_limit=200", "swarm.agents=2", "rules.rules=5", "search.fresh
 
 
 class Driver(types.ModuleType):
-    """Stands in for evolution/driver.py: ends every run at once and keeps what it was called with."""
+    """Stands in for running/driver.py: ends every run at once and keeps what it was called with."""
 
     def __init__(self) -> None:
         super().__init__("slcs2_jax.running.driver")
@@ -29,7 +29,7 @@ class Driver(types.ModuleType):
         self.calls.append(list(settings))
         return [self._end(one) for one in settings]
 
-    def deploy_behaviour(self, settings, behaviour, *, deployments, report=None):
+    def deploy_in_runs(self, settings, policy, *, deployments, report=None):
         """Fitness is as the setting and the deployment's number say."""
         self.deployed.append(list(settings))
         kind = types.SimpleNamespace
@@ -66,14 +66,11 @@ class Driver(types.ModuleType):
 
 @pytest.fixture
 def driver(monkeypatch, tmp_path):
-    import slcs2_jax.evolution
+    import slcs2_jax.running
 
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
-    monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
-    deployed = types.ModuleType("slcs2_jax.running.deployed")
-    deployed.deploy_behaviour = stub.deploy_behaviour  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
+    monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.setattr(runtime, "describe_devices", lambda compute: "test")
     monkeypatch.chdir(tmp_path)
@@ -183,12 +180,12 @@ def test_the_designed_behaviour_is_deployed_once_in_the_same_worlds(driver, tmp_
 
 
 def test_a_behaviour_that_has_changed_is_not_mixed_with_what_it_was(driver, silent, tmp_path, monkeypatch, capsys):
-    from slcs2_jax.policy import decision_text as behaviour
+    from slcs2_jax.policy import decision_list as behaviour
 
     tiny = ["environment=open", "range=short", "generations=1", "run_dir=root", "arm=designed"]
     assert cli.main(["experiment", "designed", "instances=1", *tiny]) == 0
-    other = behaviour.parse_behaviour("packet held => move toward sink", name="designed")
-    monkeypatch.setattr(behaviour, "load_behaviour", lambda name: other)
+    other = behaviour.parse_decision_list("packet held => move toward sink", name="designed")
+    monkeypatch.setattr(behaviour, "load_decision_list", lambda name: other)
     assert cli.main(["experiment", "designed", "instances=2", *tiny]) == 2
     assert "designed was another behaviour when it was deployed there" in capsys.readouterr().err
     assert folders(tmp_path / "root") == ["designed/open_short/seed_000"]

@@ -17,13 +17,13 @@ BEHAVIOUR = "behaviour"  # in the record: its text
 
 def check_deployable(planned: Planned) -> bool:
     """Is the run there already? Raises InputError if its folder holds another, or there is no such behaviour."""
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results.reading import read_summary
     from slcs2_jax.results.run_config import CONFIG, check_same, read_config
     from slcs2_jax.results.run_folder import check_free
     from slcs2_jax.study.collect import CONTROLLER
 
-    behaviour = load_behaviour(str(planned.controller))
+    behaviour = load_decision_list(str(planned.controller))
     folder = Path(str(planned.settings.run_dir))
     if not (folder / CONFIG).exists():
         check_free(folder)
@@ -49,14 +49,14 @@ def deploy(planned: Sequence[Planned]) -> None:
 
 def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax import runtime
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
     from slcs2_jax.study.collect import CONTROLLER, DEPLOYED
 
     first = planned[0].settings
     count = first.search.fresh_deployments
-    behaviour = load_behaviour(str(planned[0].controller))
+    behaviour = load_decision_list(str(planned[0].controller))
     runtime.configure(first.compute)
     from slcs2_jax.running.driver import deploy_in_runs
 

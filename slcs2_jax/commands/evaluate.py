@@ -100,10 +100,10 @@ def _solution(config: dict[str, Any], own: dict[str, Any], job: Job) -> _What:
 def _behaviour(config: dict[str, Any], controller: Any) -> _What:
     from slcs2_jax.commands.deployed import BEHAVIOUR
     from slcs2_jax.config import settings_from
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.study.collect import CONTROLLER
 
-    behaviour = load_behaviour(str(controller))
+    behaviour = load_decision_list(str(controller))
     settings = settings_from(config)
 
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:

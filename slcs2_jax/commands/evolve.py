@@ -108,4 +108,4 @@ def _stamp(started: datetime) -> str:
 def _check_grammar(settings: Settings) -> None:
     from slcs2_jax.grammar.grammar import Grammar
 
-    Grammar.of(settings.rules)
+    Grammar.of(settings)

@@ -129,7 +129,7 @@ def _look_at(job: Job) -> None:
         if one.controller is not None:
             check_deployable(one)
             continue
-        Grammar.of(one.settings.rules)
+        Grammar.of(one.settings)
         check_parts(one.settings.search)
         check_usable(one.settings)
 

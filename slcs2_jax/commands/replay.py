@@ -136,7 +136,7 @@ def _episodes(
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
     from slcs2_jax.looking.solutions import replay
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
 
     place = {"seed": seed, "deployment": options["deployment"]}
     found: list[tuple[str, Compute]] = []
@@ -144,7 +144,7 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["controller"], options["beside"]):
         if name is not None:
-            found.append((Path(name).stem, partial(replay, load_behaviour(name), settings, **place)))
+            found.append((Path(name).stem, partial(replay, load_decision_list(name), settings, **place)))
     return found
 
 

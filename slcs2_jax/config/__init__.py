@@ -1,7 +1,7 @@
 """Configuration: typed, validated, documented settings. Importing this does not start JAX."""
 
 from slcs2_jax.config.errors import InputError, StorageError
-from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, Task, World
 from slcs2_jax.config.schema import settings_from, settings_to_dict
 from slcs2_jax.config.settings import Checkpoint, Compute, Search, Settings
 from slcs2_jax.config.table import Row, settings_table
@@ -18,6 +18,7 @@ __all__ = [
     "Settings",
     "StorageError",
     "Swarm",
+    "Task",
     "World",
     "settings_from",
     "settings_table",

@@ -308,10 +308,23 @@ class Learning(Section):
         low=0,
         high=24,
     )
+    initial_quality: float = setting(
+        0.0, "q of every rule at the start of an episode; above 0 is optimism", status="paper", low=-1e3, high=1e3
+    )
     cost_move: float = setting(0.10, "C_a of a move", reason="small beside one step's progress", low=0, high=1e6)
     cost_communicate: float = setting(
         0.05, "C_a of a send or collect", reason="small beside one step's progress", low=0, high=1e6
     )
+
+
+@dataclass(frozen=True)
+class Task(Section):
+    """When an episode is over, what it scores, and what a step is worth."""
+
+    SECTION: ClassVar[str] = "task"
+
+    name: str = setting("delivery", "when an episode is over, and what it scores", status="paper")
+    reward: str = setting("progress", "what a step is worth to each agent", status="paper")
 
 
 @dataclass(frozen=True)

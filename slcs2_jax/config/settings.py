@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import Section, refuse, setting
-from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, Task, World
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -159,6 +159,7 @@ class Settings(Section):
     swarm: Swarm = field(default_factory=Swarm)
     learning: Learning = field(default_factory=Learning)
     rules: Rules = field(default_factory=Rules)
+    task: Task = field(default_factory=Task)
     search: Search = field(default_factory=Search)
     compute: Compute = field(default_factory=Compute)
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
@@ -190,6 +191,7 @@ SECTIONS: dict[str, type[Section]] = {
     "swarm": Swarm,
     "learning": Learning,
     "rules": Rules,
+    "task": Task,
     "search": Search,
     "compute": Compute,
     "checkpoint": Checkpoint,

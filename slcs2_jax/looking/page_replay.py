@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slcs2_jax.grammar.vocabulary import CHANNELS, NO_ACTION, action_text
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.looking.recording import NOBODY, Recording
 from slcs2_jax.looking.traffic import telling, traffic
 
@@ -52,7 +52,7 @@ def pack_replay(recording: Recording) -> bytes:
         "holding": recording.holding[moments].T.astype(np.uint8),
         "rule": _acted(recording.rule[before], NOBODY).astype(np.int16),
         "action": _acted(recording.action[before], NO_ACTION).astype(np.uint8),
-        "jammed": np.where(jammed == NOBODY, NOBODY, np.array(CHANNELS)[jammed]).astype(np.int8),
+        "jammed": np.where(jammed == NOBODY, NOBODY, np.array(recording.vocabulary.channels)[jammed]).astype(np.int8),
         "heard": np.stack([_bits(recording.neighbours(step)) for step in before.tolist()]),
         **_transmissions(recording, moments),
     }
@@ -81,7 +81,7 @@ def _header(recording: Recording, moments: NDArray[np.int32], unit: float) -> di
         "vertical": _plain(scenario.vertical),
         "horizontal": _plain(scenario.horizontal),
         "thickness": scenario.wall_thickness,
-        "actions": {str(action): action_text(action) for action in used},
+        "actions": {str(action): recording.vocabulary.action_text(action) for action in used},
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 
 from slcs2_jax import runtime
@@ -11,7 +10,7 @@ from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse, show
 from slcs2_jax.looking.recording import Recording, record
 from slcs2_jax.results import FinishedRun, SavedSolution
-from slcs2_jax.running.deployable import Policy, deployable
+from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import MOST_DEPLOYMENTS
 from slcs2_jax.running.solutions import saved_last
 from slcs2_jax.search.keys import fresh_deployment_key
@@ -50,7 +49,7 @@ def member_of(run: FinishedRun, instance: int, member: str) -> SavedSolution:
 
 
 def replay(
-    policy: Policy,
+    policy: Deployable,
     settings: Settings | None = None,
     *,
     seed: int | None = None,
@@ -73,13 +72,10 @@ def replay(
     if settings is None:
         settings = of_kind("solution", policy, SavedSolution).settings
     settings = of_kind("settings", settings, Settings)
-    ready = deployable(policy, settings)
+    ready = bound(policy, settings)
     if seed is None:
         seed = policy.instance_seed if isinstance(policy, SavedSolution) else settings.seed
     scenario = make_scenario(settings, seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
-    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=ready.size))
-    return record(
-        settings, scenario, ready.rules, ready.channels, key, controller=ready.controller, after_chunk=after_chunk
-    )
+    return record(settings, scenario, ready, key, after_chunk=after_chunk)

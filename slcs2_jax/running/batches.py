@@ -3,20 +3,38 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Parameters
-from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.grammar.language import Language
 from slcs2_jax.rollout import LANES, Rollout, Shape
+from slcs2_jax.running.deployable import joined, program
 from slcs2_jax.running.schedule import Batch
 from slcs2_jax.running.task import Task
 from slcs2_jax.world.arena import wall_capacity
 
 MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
 LEAST_TASKS = 12  # that each of these rollouts should have
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A rollout, and what it has room for."""
+
+    rollout: Rollout
+    shape: Shape
+    language: Language
+
+    def serves(self, shape: Shape, language: Language) -> bool:
+        """Has it room for all of this?"""
+        mine, its = self.language, language
+        says = mine.words >= its.words and {*mine.own_clauses} >= {*its.own_clauses}
+        does = {*mine.own_actions} >= {*its.own_actions}
+        room = self.shape.agents == shape.agents and self.shape.channels >= shape.channels
+        return says and does and room and all(a >= b for a, b in zip(self.shape.walls, shape.walls, strict=True))
 
 
 class Rollouts:
@@ -28,36 +46,37 @@ class Rollouts:
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._devices = runtime.devices(settings.compute)
-        self._kept: dict[Controller, list[tuple[Shape, Rollout]]] = {}
+        self._kept: dict[Hashable, list[_Kept]] = {}
 
-    def get(self, controller: Controller, shape: Shape, width: int, taken: Sequence[Rollout] = ()) -> Rollout:
-        """Vacant slots of this shape or more, `width` per device; none of those `taken`.
+    def get(self, tasks: Sequence[Task], everybody: Sequence[Task], width: int, taken: Sequence[Rollout]) -> Rollout:
+        """Vacant slots, `width` per device, for some tasks, with room for what `everybody` can say; none of `taken`.
 
         A kept rollout has up to twice the walls and at least half the slots that are asked for; one that is made takes
         the place of those that it could replace.
         """
-        kept = self._kept.setdefault(controller, [])
-        slots = width * len(self._devices)
-        for room, rollout in kept:
-            fits = covers(room, shape) and 2 * rollout.slots >= slots
-            if fits and sum(room.walls) <= 2 * sum(shape.walls) and rollout not in taken:
-                return rollout
-        parameters = Parameters.of(self._settings, controller)
-        made = Rollout(parameters, shape, slots=slots, devices=self._devices, chunk=self._settings.compute.chunk)
-        kept[:] = [(room, one) for room, one in kept if one in taken or not covers(shape, room)]
-        kept.append((shape, made))
-        return made
+        language = joined([task.policy.language for task in everybody])
+        channels = 1 + max(max(task.policy.channels) for task in everybody)
+        walls = wall_capacity([task.site.scenario for task in tasks])
+        shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls)
+        kept, slots = self._kept.setdefault(program(tasks[0].policy), []), width * len(self._devices)
+        for one in kept:
+            enough = one.serves(shape, language) and 2 * one.rollout.slots >= slots
+            if enough and sum(one.shape.walls) <= 2 * sum(walls) and one.rollout not in taken:
+                return one.rollout
+        made = _Kept(self._made(tasks[0], shape, language, slots), shape, language)
+        kept[:] = [one for one in kept if one.rollout in taken or not made.serves(one.shape, one.language)]
+        kept.append(made)
+        return made.rollout
+
+    def _made(self, task: Task, shape: Shape, language: Language, slots: int) -> Rollout:
+        policy, chunk = task.policy.policy, self._settings.compute.chunk
+        parameters = Parameters.of(self._settings, policy, language)
+        like = policy.arrays(task.policy.given, language)
+        return Rollout(parameters, shape, like, slots=slots, devices=self._devices, chunk=chunk)
 
     def forget(self) -> None:
         """Keep none: after an interruption their slots may be taken."""
         self._kept.clear()
-
-
-def covers(shape: Shape, other: Shape) -> bool:
-    """Has it room for all that the other one has room for? Agents and rules must be as many."""
-    same = (shape.agents, shape.rules) == (other.agents, other.rules)
-    room = shape.words >= other.words and shape.channels >= other.channels
-    return same and room and all(mine >= its for mine, its in zip(shape.walls, other.walls, strict=True))
 
 
 def make_batches(
@@ -65,7 +84,7 @@ def make_batches(
 ) -> list[Batch]:
     """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
 
-    All tasks deploy policies of one controller with as many rules. The slots of a rollout all have room for the walls
+    All tasks deploy policies of one `program`. The slots of a rollout all have room for the walls
     of the fullest scenario, and cost as much as if they were used; so tasks are parted by the number of walls where
     there are enough of them to keep several rollouts busy.
 
@@ -82,25 +101,11 @@ def make_batches(
     on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]
-    controller = tasks[0].policy.controller
     batches: list[Batch] = []
     for start, stop in itertools.pairwise(cuts):
         some = by_walls[start:stop]
-        shape = _shape(settings, tasks, some)
-        batches.append(Batch(some, rollouts.get(controller, shape, width, [batch.rollout for batch in batches])))
+        batches.append(Batch(some, rollouts.get(some, tasks, width, [batch.rollout for batch in batches])))
     return batches
-
-
-def _shape(settings: Settings, tasks: Sequence[Task], some: Sequence[Task]) -> Shape:
-    """Room for what any task's rules can say, and for the walls of some."""
-    policies: list[Any] = [task.policy for task in tasks]
-    return Shape(
-        agents=settings.swarm.agents,
-        rules=policies[0].size,
-        words=max(policy.words for policy in policies),
-        channels=1 + max(max(policy.channels) for policy in policies),
-        walls=wall_capacity([task.site.scenario for task in some]),
-    )
 
 
 def slots_per_device(settings: Settings, tasks: int) -> int:

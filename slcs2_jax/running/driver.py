@@ -18,7 +18,7 @@ from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, Scen
 from slcs2_jax.results.reading import look
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.batches import make_batches, slots_per_device
-from slcs2_jax.running.deployable import Policy, deployable
+from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import Evaluator
 from slcs2_jax.running.memory import check_memory, search_bytes
 from slcs2_jax.running.run import Run, prepare
@@ -187,20 +187,20 @@ def _raise_if_stopped(stop: StopRequest, runs: Iterable[Run]) -> None:
 
 
 def evaluate(
-    settings: Settings, policy: Policy, *, deployments: int = 1, report: Report | None = None
+    settings: Settings, policy: Deployable, *, deployments: int = 1, report: Report | None = None
 ) -> EvaluationSummary:
     """Deploy a policy in the scenarios of ``settings.instances`` seeds.
 
     Args:
         settings: of the swarm and its worlds.
-        policy: rule-sets, a saved solution or a decision list; see ``deployable``.
+        policy: rule-sets, a saved solution or a decision list; see ``bound``.
         deployments: in each scenario.
         report: who is told of progress.
 
     Raises:
         InputError: a setting is impossible, or does not fit the policy.
     """
-    found = Evaluator(settings)([deployable(policy, settings)], deployments=deployments, report=report)
+    found = Evaluator(settings)([bound(policy, settings)], deployments=deployments, report=report)
     [rows] = found.deployments
     seconds = found.usage.seconds - found.usage.compile_seconds
     return EvaluationSummary(
@@ -213,7 +213,7 @@ def evaluate(
 
 
 def deploy_in_runs(
-    settings: Sequence[Settings], policy: Policy, *, deployments: int, report: Report | None = None
+    settings: Sequence[Settings], policy: Deployable, *, deployments: int, report: Report | None = None
 ) -> list[list[list[Deployment]]]:
     """Deploy a policy in every instance of every run; runs that can share a batch share it.
 
@@ -240,7 +240,7 @@ def batch_key(settings: Settings) -> Any:
     """What runs must have in common to share a batch."""
     world = settings.world
     sizes = (settings.rules.rules, world.wall_thickness, world.buildings)
-    return settings.radio, settings.swarm, settings.learning, settings.compute, sizes
+    return settings.radio, settings.swarm, settings.learning, settings.task, settings.compute, sizes
 
 
 def _seeds(settings: Settings) -> range:

@@ -16,7 +16,7 @@ from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse
 from slcs2_jax.results import Report
 from slcs2_jax.running.batches import Rollouts, make_batches, slots_per_device
-from slcs2_jax.running.deployable import Deployable, Policy, deployable
+from slcs2_jax.running.deployable import Deployable, bound, program, rules_of
 from slcs2_jax.running.memory import check_memory, measurement_bytes
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.task import Measurement, Site
@@ -69,6 +69,7 @@ class Evaluator:
 
     A measure of the caller's own is a function of a deployment and its scenario that returns a number or an array, of
     the same shape each time: `measures={"pace": lambda deployment, scenario: deployment.delivered / deployment.steps}`.
+    `deployment.measures` has what the task took from the last state (`Delivery.measure`).
     """
 
     def __init__(self, settings: Settings, *, measures: Mapping[str, Measure] | None = None) -> None:
@@ -92,7 +93,7 @@ class Evaluator:
 
     def __call__(
         self,
-        policies: Sequence[Policy | Deployable],
+        policies: Sequence[Deployable],
         scenarios: Sequence[Scenario | int] | None = None,
         *,
         deployments: int = 1,
@@ -101,7 +102,7 @@ class Evaluator:
         """Deploy every policy in every scenario so many times.
 
         Args:
-            policies: rule-sets, solutions of a search or of files, decision lists, in any mixture.
+            policies: rule-sets, solutions of a search or of files, decision lists, bound policies, in any mixture.
             scenarios: from `make_scenario`, made by hand, or seeds; by default those of the settings' instances.
             deployments: of each policy in each scenario; deployment i is the same in every call, and differs from those
                 of any search.
@@ -115,8 +116,8 @@ class Evaluator:
         places = self._scenarios(scenarios)
         if not isinstance(policies, Sequence) or not policies:
             raise refuse("policies", type(policies).__name__, "a sequence of at least one policy")
-        ready = [deployable(policy, self.settings, f"policies[{at}]") for at, policy in enumerate(policies)]
-        sites = [Site(scenario, self.settings.swarm.packets) for scenario in places]
+        ready = [bound(policy, self.settings, f"policies[{at}]") for at, policy in enumerate(policies)]
+        sites = [Site.of(scenario, self.settings) for scenario in places]
         tasks = [[Measurement(site, policy, count) for site in sites] for policy in ready]
         usage = self._play([task for row in tasks for task in row], report)
         return self._collected(tasks, usage)
@@ -146,11 +147,13 @@ class Evaluator:
             )
 
         groups: dict[Any, list[Measurement]] = {}
+        programs = {id(policy): program(policy) for policy in {id(task.policy): task.policy for task in tasks}.values()}
         for task in tasks:
-            groups.setdefault((task.policy.controller, task.policy.size), []).append(task)
+            groups.setdefault(programs[id(task.policy)], []).append(task)
         usage = Usage()
         try:
-            for (_, size), group in groups.items():
+            for group in groups.values():
+                size = rules_of(group[0].policy) or self.settings.rules.rules
                 sized = replace(self.settings, rules=replace(self.settings.rules, rules=size))
                 episodes = sum(task.count for task in group)
                 width, devices = slots_per_device(sized, episodes), runtime.devices(sized.compute)

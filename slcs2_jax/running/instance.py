@@ -11,8 +11,8 @@ import numpy as np
 from slcs2_jax.config import InputError
 from slcs2_jax.config.field import refuse
 from slcs2_jax.grammar import RuleSets
+from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.rollout import Done, Job
-from slcs2_jax.running.deployable import Deployable
 from slcs2_jax.running.task import Measurement, Name, Site
 from slcs2_jax.search.evaluation import Evaluation
 from slcs2_jax.search.history import History, HistoryRow
@@ -31,7 +31,7 @@ class _Candidate:
     """A solution under evaluation."""
 
     solution: Solution
-    policy: Deployable
+    policy: BoundPolicy
     trial: Trial
 
 
@@ -47,7 +47,7 @@ class Instance:
         search: Search,
         problem: Problem,
         site: Site,
-        ready: Callable[[RuleSets], Deployable],
+        ready: Callable[[RuleSets], BoundPolicy],
         record: Callable[[HistoryRow], None],
     ) -> None:
         """`ready` makes rule-sets deployable, or refuses them; `record` is told the row of every solution."""
@@ -80,7 +80,7 @@ class Instance:
         self._expected = max(known, default=0.0)
 
     @property
-    def policy(self) -> Deployable:
+    def policy(self) -> BoundPolicy:
         """The first solution under evaluation, or the winner."""
         if self.measurement is not None:
             return self.measurement.policy
@@ -173,7 +173,7 @@ class Instance:
 
         Deployments that are being computed are left out: they follow from their keys and are computed again.
         """
-        arrays, search = pack_state(self.search.state(), self._problem.shape)
+        arrays, search = pack_state(self.search.state())
         taken = pack_deployments(self._taken(), self._problem.shape)
         named = {f"search.{name}": array for name, array in arrays.items()}
         named |= {f"taken.{name}": array for name, array in taken.items()}
@@ -190,7 +190,7 @@ class Instance:
     def restore(self, arrays: Mapping[str, np.ndarray], meta: Mapping[str, Any]) -> None:
         """Become the instance that state() was taken from. Where the search goes further than that one did, it goes on
         and the measurement of the former winner is dropped."""
-        self.search.restore(unpack_state(part_of(arrays, "search"), meta["search"]))
+        self.search.restore(unpack_state(part_of(arrays, "search"), meta["search"], self._problem.vocabulary))
         self.evaluations, self.env_steps = int(meta["evaluations"]), int(meta["env_steps"])
         self._history = History(*(meta["best"] or ()))
         self._begin()

@@ -153,16 +153,16 @@ def prepare(
     """
     make = KINDS["search"].get(settings.search.name) if search is None else search
     if settings.run_dir is None:
-        grammar = Grammar.of(settings.rules)
+        grammar = Grammar.of(settings)
         return Run(settings, grammar, None, _instances(settings, grammar, None, make))
     folder = RunFolder.open(
-        settings, device=device, grammar_text=lambda: Grammar.of(settings.rules).text, record={"width": width}
+        settings, device=device, grammar_text=lambda: Grammar.of(settings).text, record={"width": width}
     )
     try:
         started = folder.read_grammar()
         if not as_begun:
             _check_grammar(folder, started, settings)
-        grammar = Grammar.of(settings.rules, started)
+        grammar = Grammar.of(settings, started)
         run = Run(settings, grammar, folder, _instances(settings, grammar, folder, make))
         run.restore()
     except BaseException:
@@ -174,7 +174,7 @@ def prepare(
 def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
     """Refuse to go on with another text than the run was started with. If the file is gone, the folder has it."""
     try:
-        now = Grammar.of(settings.rules)
+        now = Grammar.of(settings)
     except InputError:
         return
     if now.text != started:
@@ -194,8 +194,9 @@ def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, m
             rules=settings.rules.rules,
             seed=scenario.seed,
             source=partial(_draw_rules, grammar, settings.rules.codons),
+            vocabulary=grammar.vocabulary,
         )
-        site = Site(scenario, settings.swarm.packets)
+        site = Site.of(scenario, settings)
         record = partial(_record, folder, number, scenario.seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances

@@ -11,6 +11,7 @@ import numpy as np
 from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
 from slcs2_jax.config.arguments import whole
 from slcs2_jax.config.field import show
+from slcs2_jax.grammar.vocabulary import Vocabulary
 from slcs2_jax.results import FinishedRun, SavedSolution
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.run_config import read_config
@@ -52,7 +53,7 @@ def saved_last(run: FinishedRun, instance: int) -> tuple[SavedSolution | None, l
     try:
         arrays, about = read_archive(file, CHECKPOINT_FORMAT)
         meta = about["instances"][instance]
-        members, best = unpack_held(part_of(arrays, f"{instance}.search"), meta["search"])
+        members, best = unpack_held(part_of(arrays, f"{instance}.search"), meta["search"], Vocabulary.current())
         grammar, seed = read_grammar(run.path, read_config(run.path)), int(meta["seed"])
 
         def saved(member: Member) -> SavedSolution:

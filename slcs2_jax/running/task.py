@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from slcs2_jax.config import Settings
+from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.rollout import Done, Job
-from slcs2_jax.running.deployable import Deployable, deployment_of
+from slcs2_jax.running.deployable import deployment_of, job_of
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.keys import Key, fresh_deployment_key
+from slcs2_jax.swarm.task import Delivery, task_of
 from slcs2_jax.world.scenario import Scenario
 
 Name = tuple[str, int, int]  # stage, generation, deployment
@@ -20,14 +23,20 @@ class Site:
 
     scenario: Scenario
     packets: int
+    task: Delivery
 
-    def job(self, name: Name, policy: Deployable, key: Key) -> Job:
+    @classmethod
+    def of(cls, scenario: Scenario, settings: Settings) -> Site:
+        """A scenario, with the packets and the task of the settings."""
+        return cls(scenario, settings.swarm.packets, task_of(settings))
+
+    def job(self, name: Name, policy: BoundPolicy, key: Key) -> Job:
         """One deployment of a policy here."""
-        return policy.job(name, self.scenario, key)
+        return job_of(policy, name, self.scenario, key)
 
     def score(self, done: Done) -> Deployment:
         """What a deployment here measured."""
-        return deployment_of(done, self.packets)
+        return deployment_of(done, self.packets, self.task)
 
 
 class Task(Protocol):
@@ -36,7 +45,7 @@ class Task(Protocol):
     site: Site
 
     @property
-    def policy(self) -> Deployable:
+    def policy(self) -> BoundPolicy:
         """What it deploys now; whatever it deploys later is of the same size and made of the same words."""
         ...
 
@@ -77,7 +86,7 @@ class Measurement:
     """A policy deployed again and again on one site, with fresh randomness."""
 
     site: Site
-    policy: Deployable
+    policy: BoundPolicy
     count: int
     taken: dict[int, Deployment] = field(default_factory=dict)
 

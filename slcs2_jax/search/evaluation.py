@@ -6,8 +6,9 @@ which of them count does not depend on that, so speculation never changes a resu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,20 +16,16 @@ from slcs2_jax.config import InputError
 from slcs2_jax.results.figures import Figures, check_numbers
 
 
-def fitness_of(*, delivered: int, packets: int, steps: int, time_limit: int) -> float:
-    """p_s / p - T_s / T: share of the packets delivered less share of the time used (paper, fitness equation)."""
-    return delivered / packets - steps / time_limit
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Deployment:
     """What one episode of a solution measured."""
 
-    fitness: float  # p_s / p - T_s / T
+    fitness: float  # by the task
     delivered: int  # packets at the sink, p_s
     steps: int  # time-steps done, T_s
     contribution: np.ndarray  # int[n] delivered packets that the agent had held
     figures: Figures | None = None  # of every rule [n, R]; None for a policy without rules
+    measures: Mapping[str, Any] = field(default_factory=dict)  # what the task took from the last state, by name
 
     def check(self, name: str = "deployment") -> None:
         """Raise InputError naming field, agent and rule where a shape is wrong or a number not finite or negative."""

@@ -15,24 +15,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from slcs2_jax.grammar import RuleSets
 from slcs2_jax.results.figures import Figures
 from slcs2_jax.search.evaluation import Evaluation
-from slcs2_jax.search.solution import ORIGIN, Solution
+from slcs2_jax.search.solution import Solution
 
 
 def shared_rules(solution: Solution) -> Solution:
     """The first agent's rule-set as a solution for one agent."""
-    one = {name: array[:1].copy() for name, array in solution.arrays().items()}
-    return Solution.of(one, generation=solution.generation, parent=solution.parent)
+    first = {name: array[:1].copy() for name, array in solution.arrays().items()}
+    return Solution.of(solution.values() | first, solution.rules.vocabulary)
 
 
 def for_all(solution: Solution, agents: int) -> Solution:
     """A solution for one agent given to each of so many."""
-    arrays = {name: np.repeat(array, agents, axis=0) for name, array in solution.arrays().items()}
-    rules = RuleSets(arrays["mask"], arrays["action"])
-    origin = {name: arrays[name] for name in ORIGIN}
-    return Solution(rules=rules, **origin, generation=solution.generation, parent=solution.parent)
+    every = {name: np.repeat(array, agents, axis=0) for name, array in solution.arrays().items()}
+    return Solution.of(solution.values() | every, solution.rules.vocabulary)
 
 
 def pooled(evaluation: Evaluation) -> Evaluation:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from slcs2_jax.search.compressed import Compressed
+from slcs2_jax.grammar.vocabulary import Vocabulary
+from slcs2_jax.results.figures import FIGURES, Figures
+from slcs2_jax.search.compressed import compress, decompress
 from slcs2_jax.search.evaluation import Evaluation
 from slcs2_jax.search.solution import Solution
 
@@ -18,27 +20,28 @@ class Member:
         self.explorations = explorations
         self.fitness = evaluation.fitness
         self.generation = solution.generation
-        self._solution, self._evaluation = Compressed(solution), Compressed(evaluation)
+        self._vocabulary = solution.rules.vocabulary
+        self.data = compress(solution.values()), compress(_evaluation_values(evaluation))  # as they are kept
 
     @classmethod
-    def of_data(cls, solution: bytes, evaluation: bytes, explorations: int) -> Member:
-        """The member whose `data` this was. For what it raises on other bytes see `Compressed.of_data`."""
+    def of_data(cls, solution: bytes, evaluation: bytes, explorations: int, vocabulary: Vocabulary) -> Member:
+        """The member whose `data` this was. For what it raises on other bytes see `decompress`."""
         made = cls.__new__(cls)
-        made._solution = Compressed.of_data(Solution, solution)
-        made._evaluation = Compressed.of_data(Evaluation, evaluation)
-        made.explorations = explorations
+        made.data, made.explorations, made._vocabulary = (solution, evaluation), explorations, vocabulary
         made.fitness, made.generation = made.evaluation.fitness, made.solution.generation
         return made
 
     @property
-    def data(self) -> tuple[bytes, bytes]:
-        """Solution and evaluation as they are kept."""
-        return self._solution.data, self._evaluation.data
-
-    @property
     def solution(self) -> Solution:
-        return self._solution.record()
+        return Solution.of(decompress(self.data[0]), self._vocabulary)
 
     @property
     def evaluation(self) -> Evaluation:
-        return self._evaluation.record()
+        values = decompress(self.data[1])
+        figures = Figures(**{name: values.pop(name) for name in FIGURES})
+        return Evaluation(figures=figures, **values)
+
+
+def _evaluation_values(evaluation: Evaluation) -> dict[str, object]:
+    """An evaluation as plain values."""
+    return {name: value for name, value in vars(evaluation).items() if name != "figures"} | evaluation.figures.arrays()

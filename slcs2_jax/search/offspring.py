@@ -17,7 +17,7 @@ import numpy as np
 from slcs2_jax.search.evaluation import Evaluation
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.problem import Problem
-from slcs2_jax.search.solution import Origin, Solution
+from slcs2_jax.search.solution import ORIGIN, Origin, Solution
 from slcs2_jax.search.supply import RuleSupply
 
 # A product that is a whole number on paper, as 100 * 0.58 / 2, can fall short of it by one rounding error.
@@ -123,7 +123,8 @@ def offspring(
 ) -> Solution:
     """The child of `parent`, born in `generation`; `explorations` = phi of the parent before this attempt.
 
-    Without `exchange` nothing is copied (varsigma = 0). `rng` draws donors and shares, `supply` gives the new rules.
+    Without `exchange` nothing is copied (varsigma = 0); reflexes and initial quality are not passed on. `rng` draws
+    donors and shares, `supply` gives the new rules.
     """
     agents, rules = parent.shape
     figures = evaluation.figures
@@ -145,10 +146,11 @@ def offspring(
     from_agent[is_copied] = np.repeat(donors, copied)
     from_rule[is_copied] = best[taken]
 
-    arrays = {name: array[from_agent, from_rule] for name, array in parent.arrays().items()}
+    arrays = {name: parent.arrays()[name][from_agent, from_rule] for name in ("mask", "action", *ORIGIN)}
     for name, array in supply.take(int(is_new.sum())).items():
         arrays[name][is_new] = array
     arrays["origin_kind"][is_copied], arrays["origin_kind"][is_new] = Origin.COPIED, Origin.RANDOM
     arrays["origin_generation"][is_copied | is_new] = generation
     arrays["origin_agent"][is_copied], arrays["origin_agent"][is_new] = from_agent[is_copied], -1
-    return Solution.of(arrays, generation=generation, parent=parent.generation)
+    child = {"generation": generation, "parent": parent.generation}
+    return Solution.of(arrays | child, parent.rules.vocabulary)

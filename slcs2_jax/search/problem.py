@@ -9,7 +9,8 @@ import numpy as np
 
 from slcs2_jax.config import InputError
 from slcs2_jax.config.arguments import whole
-from slcs2_jax.grammar import RuleSets
+from slcs2_jax.grammar.vocabulary import PAPER, Vocabulary
+from slcs2_jax.search.homogeneous import for_all
 from slcs2_jax.search.keys import PURPOSE_RULES, PURPOSE_SEARCH, seed_sequence
 from slcs2_jax.search.solution import Solution, random_rules
 from slcs2_jax.search.supply import RuleSource, RuleSupply
@@ -30,6 +31,7 @@ class Problem:
         settings: `Settings.search`.
         agents, rules: n and R, of every solution.
         seed: of the instance; all that a search draws follows from it.
+        vocabulary: what the numbers of clauses and actions mean.
         source: source(count, rng) draws random rules of the grammar, masks uint32[count, W] and actions uint8[count].
     """
 
@@ -38,6 +40,7 @@ class Problem:
     rules: int
     seed: int
     source: RuleSource
+    vocabulary: Vocabulary = PAPER
 
     def __post_init__(self) -> None:
         limits = {"agents": (1, MOST_AGENTS), "rules": (1, MOST_RULES), "seed": (0, 2**64 - 1)}
@@ -59,10 +62,10 @@ class Problem:
 
     def random_solution(self, supply: RuleSupply, generation: int) -> Solution:
         """Random rules for every agent; of a homogeneous swarm one random rule-set for all."""
-        drawn = random_rules(1 if self.settings.homogeneous else self.agents, self.rules, supply)
-        if self.settings.homogeneous:
-            drawn = RuleSets(np.repeat(drawn.mask, self.agents, axis=0), np.repeat(drawn.action, self.agents, axis=0))
-        return Solution.made(drawn, generation=generation)
+        homogeneous = self.settings.homogeneous
+        drawn = random_rules(1 if homogeneous else self.agents, self.rules, supply, self.vocabulary)
+        solution = Solution.made(drawn, generation=generation)
+        return for_all(solution, self.agents) if homogeneous else solution
 
     def check(self, solution: Solution, generation: int) -> None:
         """Raise InputError unless the solution has these sizes, this generation, and one rule-set if all share one."""

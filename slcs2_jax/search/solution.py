@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
 from slcs2_jax.config import InputError
 from slcs2_jax.grammar import RuleSets
+from slcs2_jax.grammar.vocabulary import PAPER, Vocabulary
 from slcs2_jax.search.supply import RuleSupply
 
 
@@ -21,6 +24,7 @@ class Origin(IntEnum):
 
 
 ORIGIN = {"origin_kind": np.uint8, "origin_generation": np.int32, "origin_agent": np.int8}
+_EXTRAS = ("reflex", "quality")  # of rule-sets, where they have them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,10 +51,12 @@ class Solution:
             array.flags.writeable = False
 
     @classmethod
-    def of(cls, arrays: dict[str, np.ndarray], *, generation: int, parent: int) -> Solution:
-        """The solution whose `arrays` these are."""
-        origin = {name: arrays[name] for name in ORIGIN}
-        return cls(rules=RuleSets(arrays["mask"], arrays["action"]), **origin, generation=generation, parent=parent)
+    def of(cls, values: Mapping[str, Any], vocabulary: Vocabulary = PAPER) -> Solution:
+        """The solution whose `values` these are."""
+        extras = {name: values[name] for name in _EXTRAS if name in values}
+        rules = RuleSets(values["mask"], values["action"], vocabulary, **extras)
+        origin = {name: values[name] for name in ORIGIN}
+        return cls(rules=rules, **origin, generation=values["generation"], parent=values["parent"])
 
     @classmethod
     def made(cls, rules: RuleSets, *, generation: int, parent: int = -1) -> Solution:
@@ -79,24 +85,26 @@ class Solution:
     @property
     def homogeneous(self) -> bool:
         """Have all agents the same rules in the same places?"""
-        return bool(
-            (self.rules.action == self.rules.action[:1]).all() and (self.rules.mask == self.rules.mask[:1]).all()
-        )
+        rules = [array for name, array in self.arrays().items() if name not in ORIGIN]
+        return all(bool((array == array[:1]).all()) for array in rules)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The per-rule arrays by name."""
-        origin: dict[str, np.ndarray] = {name: getattr(self, name) for name in ORIGIN}
-        return {"mask": self.rules.mask, "action": self.rules.action, **origin}
+        """The per-rule arrays by name: mask, action, where they are there reflex and quality, and origins."""
+        arrays: dict[str, np.ndarray] = {"mask": self.rules.mask, "action": self.rules.action}
+        arrays |= {name: array for name in _EXTRAS if (array := getattr(self.rules, name)) is not None}
+        return arrays | {name: getattr(self, name) for name in ORIGIN}
+
+    def values(self) -> dict[str, Any]:
+        """Everything but the vocabulary, as arrays and numbers."""
+        return self.arrays() | {"generation": self.generation, "parent": self.parent}
 
     def equals(self, other: Solution) -> bool:
-        """True iff every field is the same (arrays element by element)."""
-        own, others = self.arrays(), other.arrays()
-        same = all(np.array_equal(own[name], others[name]) for name in own)
-        return same and (self.generation, self.parent) == (other.generation, other.parent)
+        """True iff every value is the same (arrays element by element)."""
+        mine, its = self.values(), other.values()
+        return mine.keys() == its.keys() and all(np.array_equal(mine[name], its[name]) for name in mine)
 
 
-def random_rules(agents: int, rules: int, supply: RuleSupply) -> RuleSets:
+def random_rules(agents: int, rules: int, supply: RuleSupply, vocabulary: Vocabulary = PAPER) -> RuleSets:
     """`agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
     drawn = supply.take(agents * rules)
-    mask, action = drawn["mask"], drawn["action"]
-    return RuleSets(mask.reshape(agents, rules, mask.shape[-1]), action.reshape(agents, rules))
+    return RuleSets(drawn["mask"].reshape(agents, rules, -1), drawn["action"].reshape(agents, rules), vocabulary)

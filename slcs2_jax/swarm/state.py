@@ -18,6 +18,7 @@ from slcs2_jax.world.geometry import SLACK
 
 UNKNOWN = np.int32(-1)  # time of knowledge never had
 WORD = 32  # agents per word of a packet's history
+OTHER_NODES = 3  # source, sink and jammer, behind the agents
 
 
 @jax.tree_util.register_dataclass
@@ -98,12 +99,12 @@ class State:
     @property
     def x(self) -> jax.Array:
         """The agents' places along the line from source to sink: float32 [n, ...], m."""
-        return self.node_x[:-3]
+        return self.node_x[:-OTHER_NODES]
 
     @property
     def y(self) -> jax.Array:
         """The agents' places across that line: float32 [n, ...], m."""
-        return self.node_y[:-3]
+        return self.node_y[:-OTHER_NODES]
 
 
 def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.Array) -> State:
@@ -118,7 +119,7 @@ def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.A
     n, *batch = arena.start_x.shape
     pairs = jnp.zeros((n, n, *batch), jnp.float32)
     origin = jnp.zeros_like(arena.sink_x)
-    nodes = n + 3
+    nodes = n + OTHER_NODES
     return State(
         t=jnp.zeros(batch, jnp.int32),
         key=key,
@@ -137,11 +138,6 @@ def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.A
         contribution=jnp.zeros((n, *batch), jnp.int32),
         interference=jnp.full((arena.channels.shape[0], n, *batch), noise, jnp.float32),
     )
-
-
-def running(state: State, arena: Arena, parameters: SwarmParameters) -> jax.Array:
-    """Whether the episode goes on: packets are under way and time is left (spec 4): bool [...]."""
-    return (state.delivered < parameters.packets) & (state.t < arena.time_limit)
 
 
 def lift(constant: np.ndarray, like: jax.Array) -> np.ndarray:

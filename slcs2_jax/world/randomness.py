@@ -22,6 +22,7 @@ class Purpose(enum.IntEnum):
     SHADOWING = 0
     RULE = 1
     COLLECT = 2
+    POLICY = 16
 
 
 def _first_round(x: jax.Array) -> jax.Array:

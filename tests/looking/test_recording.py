@@ -14,7 +14,7 @@ from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.grammar.vocabulary import ACTIONS, NO_ACTION
 from slcs2_jax.looking.recording import NOBODY, Recording, record
 from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.decision_text import load_behaviour
+from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.search.evaluation import fresh_deployment_key
 from slcs2_jax.swarm.fate import Fate
 from slcs2_jax.world.scenario import make_scenario
@@ -129,7 +129,7 @@ def test_the_jammer_is_seen_only_where_there_is_one():
 
 
 def test_a_behaviour_made_by_hand_is_told_by_the_first_rule_that_holds():
-    behaviour = load_behaviour("designed")
+    behaviour = load_decision_list("designed")
     settings = dataclasses.replace(OPEN, rules=Rules(rules=len(behaviour.rules)))
     scenario = make_scenario(settings, 3)
     key = fresh_deployment_key(3, 0)

@@ -26,7 +26,7 @@ def tasks(count: int) -> list[Measurement]:
     grammar = load_grammar("main")
     scenarios = [make_scenario(SETTINGS, seed) for seed in range(count)]
     rules = random_rule_sets(grammar, agents=3, rules=8, rng=np.random.default_rng(0))
-    return [Measurement(Site(scenario, 2), of_grammar(grammar, rules), 2) for scenario in scenarios]
+    return [Measurement(Site.of(scenario, SETTINGS), of_grammar(grammar, rules), 2) for scenario in scenarios]
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def built(monkeypatch):
     monkeypatch.setattr(
         module,
         "Rollout",
-        lambda parameters, shape, **values: SimpleNamespace(
+        lambda parameters, shape, like, **values: SimpleNamespace(
             walls=shape.walls, slots=values["slots"], slot_steps=0, compile_seconds=0.0
         ),
     )

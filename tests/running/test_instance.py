@@ -10,9 +10,9 @@ import pytest
 
 from slcs2_jax.config import InputError, Settings, Swarm, World
 from slcs2_jax.grammar import RuleSets
-from slcs2_jax.policy import classifier
+from slcs2_jax.policy.bound import BoundPolicy, bind_rules
+from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import Done, Job
-from slcs2_jax.running.deployable import Deployable
 from slcs2_jax.running.instance import Instance
 from slcs2_jax.running.task import Measurement, Site
 from slcs2_jax.search import Slcs2, deployment_key, fresh_deployment_key
@@ -24,23 +24,25 @@ AGENTS, RULES, PACKETS, LIMIT, SEED = 3, 8, 10, 200, 7
 @pytest.fixture
 def site() -> Site:
     settings = Settings(world=World(time_limit=LIMIT), swarm=Swarm(agents=AGENTS, packets=PACKETS))
-    return Site(make_scenario(settings, SEED), PACKETS)
+    return Site.of(make_scenario(settings, SEED), settings)
 
 
-def ready(rules: RuleSets) -> Deployable:
-    return Deployable(rules, classifier, 3, (0,))
+def ready(rules: RuleSets) -> BoundPolicy:
+    return bind_rules(rules)
 
 
 @pytest.fixture
-def policy(make) -> Deployable:
+def policy(make) -> BoundPolicy:
     return ready(make.solution(agents=AGENTS, rules=RULES).rules)
 
 
 def done(job: Job, *, delivered: int = 0, steps: int = LIMIT, **arrays: np.ndarray) -> Done:
     """A finished deployment with the arrays given, zeros otherwise."""
-    reals = {name: np.zeros((AGENTS, RULES), np.float32) for name in ("quality", "strength", "error")}
-    filled = reals | {"usage": np.ones((AGENTS, RULES), np.int32), "contribution": np.zeros(AGENTS, np.int32)} | arrays
-    return Done(slot=0, job=job, steps=steps, delivered=delivered, **filled)
+    figures = {name: np.zeros((AGENTS, RULES), np.float32) for name in ("quality", "strength", "error")}
+    figures["usage"] = np.ones((AGENTS, RULES), np.int32)
+    contribution = arrays.pop("contribution", np.zeros(AGENTS, np.int32))
+    learnt = Figures(**(figures | arrays))
+    return Done(0, job, steps, delivered, contribution, learnt, measures={})
 
 
 # -- Site --------------------------------------------------------------------------------------------------------------
@@ -172,12 +174,12 @@ def test_jobs_are_the_solution_asked_for_under_the_keys_of_the_search(make, site
     job = play.run.job(("search", 0, 3))
     assert job.scenario is site.scenario
     assert job.key == deployment_key(SEED, 0, 3)
-    np.testing.assert_array_equal(job.mask, solution.rules.mask)
-    np.testing.assert_array_equal(job.action, solution.rules.action)
+    np.testing.assert_array_equal(job.given.mask, solution.rules.mask)
+    np.testing.assert_array_equal(job.given.action, solution.rules.action)
     play.fail()
     job = play.run.job(("search", 1, 0))
     assert job.key == deployment_key(SEED, 1, 0)
-    np.testing.assert_array_equal(job.mask, play.run.search.ask()[0].rules.mask)
+    np.testing.assert_array_equal(job.given.mask, play.run.search.ask()[0].rules.mask)
 
 
 def test_the_winner_is_measured_once_the_search_is_over(make, site):
@@ -193,7 +195,7 @@ def test_the_winner_is_measured_once_the_search_is_over(make, site):
     assert run.winner.solution.equals(second)
     assert (run.winner.fitness, run.evaluations, run.env_steps) == (0.5, 3, 2 * LIMIT + 100)
     assert run.wanted(0) == [("fresh", 0, 0), ("fresh", 0, 1)]
-    np.testing.assert_array_equal(run.job(("fresh", 0, 1)).mask, second.rules.mask)
+    np.testing.assert_array_equal(run.job(("fresh", 0, 1)).given.mask, second.rules.mask)
     for index in range(2):
         play.take(index, delivered=PACKETS, steps=60)
     assert run.finished
@@ -247,7 +249,7 @@ def test_solutions_asked_for_together_are_deployed_side_by_side(make, site):
     assert play.run.wanted(0) == [("search", generation, 0) for generation in range(3)]
     assert len(play.run.wanted(1)) == 6
     jobs = [play.run.job(("search", generation, 0)) for generation in range(3)]
-    assert len({job.mask.tobytes() for job in jobs}) == 3
+    assert len({job.given.mask.tobytes() for job in jobs}) == 3
     assert [job.key for job in jobs] == [deployment_key(SEED, generation, 0) for generation in range(3)]
     for generation in (2, 0):
         play.run.take(("search", generation, 0), done(jobs[generation]))

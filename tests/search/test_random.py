@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from slcs2_jax.grammar.vocabulary import PAPER
 from slcs2_jax.search import Origin, RandomSearch, Slcs2
 from slcs2_jax.search.packing import pack_state, unpack_state
 
@@ -48,7 +49,7 @@ def test_it_goes_on_exactly(make):
     run(search, make, [0.0, 0.2, -1.0])
     search.ask()
     again = RandomSearch(search.problem)
-    again.restore(unpack_state(*pack_state(search.state(), search.problem.shape)))
+    again.restore(unpack_state(*pack_state(search.state()), PAPER))
     assert again.ask()[0].equals(search.ask()[0])
     assert again.best.solution.equals(search.best.solution)
     for one in (search, again):

@@ -8,6 +8,7 @@ import pytest
 
 from slcs2_jax.config import InputError
 from slcs2_jax.config import Search as SearchSettings
+from slcs2_jax.grammar.vocabulary import PAPER
 from slcs2_jax.results.figures import Figures
 from slcs2_jax.search import Deployment, History, HistoryRow, Origin, SearchState, Slcs2, deployment_key, mean_of
 from slcs2_jax.search.packing import pack_state, unpack_state
@@ -64,8 +65,8 @@ def tell(search: Slcs2, evaluation):
 
 def stored(search: Slcs2) -> SearchState:
     """The search's state after it was in a file."""
-    arrays, meta = pack_state(search.state(), search.problem.shape)
-    return unpack_state(arrays, json.loads(json.dumps(meta, allow_nan=False)))
+    arrays, meta = pack_state(search.state())
+    return unpack_state(arrays, json.loads(json.dumps(meta, allow_nan=False)), PAPER)
 
 
 def again(search: Slcs2) -> Slcs2:
@@ -230,7 +231,7 @@ def test_a_resumed_run_goes_on_exactly(make, acceptance, stop, asked):
         search.ask()
     resumed = again(search)
 
-    (arrays, meta), (others, other) = (pack_state(run.state(), run.problem.shape) for run in (resumed, search))
+    (arrays, meta), (others, other) = (pack_state(run.state()) for run in (resumed, search))
     assert meta == other
     assert arrays.keys() == others.keys()
     for name, array in arrays.items():

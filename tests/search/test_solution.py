@@ -36,21 +36,23 @@ def test_arrays_cannot_be_changed(make):
     ],
 )
 def test_a_wrong_array_is_named(make, field, change):
-    arrays = make.solution().arrays()
+    values = make.solution().values()
     name = rf"solution\.{field} " if field.startswith("origin") else "rule-sets: "
     with pytest.raises(InputError, match=name):
-        Solution.of(arrays | {field: change(arrays[field])}, generation=0, parent=-1)
+        Solution.of(values | {field: change(values[field])})
 
 
 def test_equals_sees_every_field(make):
     solution = make.solution()
     arrays = {name: array.copy() for name, array in solution.arrays().items()}
-    assert solution.equals(Solution.of(arrays, generation=0, parent=-1))
-    assert not solution.equals(Solution.of(arrays, generation=1, parent=-1))
+    values = arrays | {"generation": 0, "parent": -1}
+    assert solution.equals(Solution.of(values))
+    assert not solution.equals(Solution.of(values | {"generation": 1}))
+    assert not solution.equals(Solution.of(values | {"reflex": np.zeros(solution.shape, bool)}))
     for name, array in arrays.items():
         other = array.copy()
         other.flat[-1] ^= 1
-        assert not solution.equals(Solution.of(arrays | {name: other}, generation=0, parent=-1)), name
+        assert not solution.equals(Solution.of(values | {name: other})), name
 
 
 def test_a_later_random_solution_says_so(make):
