@@ -27,17 +27,18 @@ from slcs2_jax.config.schema import settings_from
 from slcs2_jax.grammar import Grammar
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.grammar.vocabulary import NO_ACTION, WORD_BITS, Vocabulary
-from slcs2_jax.swarm import knowledge, links
+from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.action_mask import action_mask
 from slcs2_jax.swarm.observation import Feature, Observation, feature_list, features
-from slcs2_jax.swarm.state import State, SwarmParameters, initial_state
+from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.swarm.step import Physics
 from slcs2_jax.swarm.task import Delivery
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena, stack, wall_capacity
+from slcs2_jax.world.emitters import JammerRoom, has_room, jammer_room
 from slcs2_jax.world.radio import RadioParameters
-from slcs2_jax.world.scenario import Scenario, make_scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario, make_scenario
 
 CELLS = tuple(f"{kind}_{far}" for kind in ENVIRONMENTS for far in RANGES)
 
@@ -99,6 +100,7 @@ class Env:
         *,
         task: Delivery | None = None,
         walls: tuple[int, int] | None = None,
+        jammers: JammerRoom | None = None,
     ) -> None:
         """An environment of these settings.
 
@@ -107,13 +109,16 @@ class Env:
             scenario: the world; by default that of the settings' seed.
             task: when an episode is over, and what a step is worth; by default the one that the settings name.
             walls: room for vertical and horizontal walls, for worlds that are swapped in; by default the scenario's.
+            jammers: room for jammers, `jammer_room` of all these worlds; by default the scenario's.
 
         Raises:
             InputError: an impossible setting, or a scenario that does not fit.
         """
         self.settings = of_kind("settings", settings, Settings)
         scenario = make_scenario(settings, settings.seed) if scenario is None else scenario
+        check_scenario(of_kind("scenario", scenario, Scenario), settings)
         self._walls = walls or wall_capacity([scenario])
+        self._jammers = jammers or jammer_room([scenario])
         grammar = Grammar.of(settings)
         self._grammar = grammar
         self.vocabulary: Vocabulary = grammar.vocabulary
@@ -154,13 +159,15 @@ class Env:
 
     def arena(self, scenario: Scenario) -> Arena:
         """A world as this environment takes it, for `Params`. Raises InputError if it has more walls than there is room
-        for, or another number of agents."""
+        for, more jammers, or does not fit the settings."""
+        check_scenario(of_kind("scenario", scenario, Scenario), self.settings)
         needed = wall_capacity([scenario])
         if needed[0] > self._walls[0] or needed[1] > self._walls[1]:
             raise InputError(f"walls={self._walls}: accepted is room for at least {needed}, as the scenario has")
-        if len(scenario.start) != self.agents:
-            raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {self.agents}")
-        one = stack([scenario], [self._channels], capacity=self._walls, width=1 + max(self._channels))
+        if not has_room(self._jammers, scenario):
+            raise InputError(f"jammers={self._jammers}: accepted is room for {jammer_room([scenario])}, as it has")
+        width = 1 + max(self._channels)
+        one = stack([scenario], [self._channels], capacity=self._walls, width=width, jammers=self._jammers)
         return jax.tree.map(lambda leaf: jnp.asarray(leaf[..., 0]), one)
 
     def change(self, params: Params, changes: Mapping[str, Any]) -> Params:
@@ -191,9 +198,7 @@ class Env:
         """
         physics = params.physics
         words = jax.random.key_data(key) if jnp.issubdtype(key.dtype, jax.dtypes.prng_key) else key
-        state = initial_state(params.arena, words.reshape(-1)[-2:], physics.swarm.packets, physics.radio.noise)
-        state = dataclasses.replace(state, power=links.draw(state, params.arena, physics.radio))
-        return self._observed(state, params)
+        return self._observed(swarm.begin(params.arena, words.reshape(-1)[-2:], physics), params)
 
     def step(
         self, key: jax.Array, state: EnvState, action: jax.Array, params: Params

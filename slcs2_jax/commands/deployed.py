@@ -17,6 +17,7 @@ BEHAVIOUR = "behaviour"  # in the record: its text
 
 def check_deployable(planned: Planned) -> bool:
     """Is the run there already? Raises InputError if its folder holds another, or there is no such behaviour."""
+    from slcs2_jax.config.door import present
     from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results.reading import read_summary
     from slcs2_jax.results.run_config import CONFIG, check_same, read_config
@@ -25,7 +26,7 @@ def check_deployable(planned: Planned) -> bool:
 
     behaviour = load_decision_list(str(planned.controller))
     folder = Path(str(planned.settings.run_dir))
-    if not (folder / CONFIG).exists():
+    if not present(folder / CONFIG):
         check_free(folder)
         return False
     found = read_config(folder)
@@ -49,6 +50,7 @@ def deploy(planned: Sequence[Planned]) -> None:
 
 def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax import runtime
+    from slcs2_jax.config.door import present
     from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
@@ -66,7 +68,7 @@ def _deploy_cell(planned: Sequence[Planned]) -> None:
     device = runtime.describe_devices(first.compute)
     for one, [own] in zip(settings, deployments, strict=True):
         path = Path(str(one.run_dir))
-        if (path / CONFIG).exists():  # interrupted before its figures were written
+        if present(path / CONFIG):  # interrupted before its figures were written
             folder = RunFolder(path, read_config(path))
         else:
             record = {CONTROLLER: planned[0].controller, BEHAVIOUR: behaviour.text}

@@ -20,15 +20,17 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Episode, Moment, Parameters, Result
 from slcs2_jax.grammar import RuleSets
-from slcs2_jax.grammar.vocabulary import Vocabulary
+from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
+from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
+from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.state import State
 from slcs2_jax.swarm.task import Score, task_of
 from slcs2_jax.world.arena import stack, wall_capacity
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario
 
 CHUNK = 100  # sharing periods that are computed at a time
 NOBODY = -1
@@ -59,7 +61,9 @@ class Recording:
         holding: bool [T + 1, n], who holds a packet.
         waiting, delivered: int32 [T + 1], packets at the source and at the sink.
         heard: uint32 [T, W, n], bit j % 32 of word j // 32 tells whether the agent heard node j; see `neighbours`.
-        jammed: int8 [T], index of the channel that the jammer emitted on; -1 for none.
+        down: bool [T + 1, n], who had failed and did not work in the step from the moment on.
+        jammer_x, jammer_y: float32 [T + 1, J], m, the jammers' places.
+        jammed: int8 [T, J], index of the channel that each jammer emitted on; -1 for none.
         action: uint8 [T, n], numbers of the vocabulary; `NO_ACTION` for none.
         rule: int16 [T, n], the rule that was drawn (or, of a behaviour made by hand, the first that held); -1 for none.
         sent_to: int8 [T, n], the node that the agent sent its packet to; -1 if it sent nothing.
@@ -84,6 +88,9 @@ class Recording:
     waiting: NDArray[np.int32]
     delivered: NDArray[np.int32]
     heard: NDArray[np.uint32]
+    down: NDArray[np.bool_]
+    jammer_x: NDArray[np.float32]
+    jammer_y: NDArray[np.float32]
     jammed: NDArray[np.int8]
     action: NDArray[np.uint8]
     rule: NDArray[np.int16]
@@ -125,6 +132,24 @@ class Recording:
         at = self.scenario.sink if node == self.sink else (0.0, 0.0)
         return float(at[0]), float(at[1])
 
+    def jammer_places(self, moment: int) -> list[tuple[float, float]]:
+        """Where the jammers were at a moment, m."""
+        return list(zip(self.jammer_x[moment].tolist(), self.jammer_y[moment].tolist(), strict=True))
+
+    def emits(self, jammer: int, moment: int) -> bool:
+        """Whether a jammer is taken to disturb the first channel in use at a moment, for maps.
+
+        A reactive one is, since it answers whoever is near; of another it is what it did in the step to come.
+        """
+        if self.scenario.jammers[jammer].emission == "reactive":
+            return True
+        return self.steps > 0 and bool(self.jammed[min(moment, self.steps - 1), jammer] == self.channels[0])
+
+    def reach(self, jammer: int) -> float:
+        """How far away a jammer's mean power is P_rs, m, without walls."""
+        radio, power = self.settings.radio, self.scenario.jammers[jammer].power_db
+        return float(radio.network_range * 10 ** (power / (10 * radio.path_loss_exponent)))
+
     def neighbours(self, step: int) -> NDArray[np.bool_]:
         """Who heard whom in a step: bool [n + 2 node, n agent]."""
         node = np.arange(self.agents + 2)
@@ -164,7 +189,11 @@ def record(
         deployed: what decides.
         key: the episode's key.
         after_chunk: told now and then how many steps were computed.
+
+    Raises:
+        InputError: the scenario is none for these settings.
     """
+    check_scenario(scenario, settings)
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
     begin, watch, result = _programs()
@@ -224,8 +253,9 @@ def _note(parameters: Parameters, before: Episode, after: Episode, moment: Momen
         "waiting": state.waiting,
         "delivered": state.delivered,
         "heard": _packed(view.links.heard),
-        "jammed": _first(jnp.any(view.links.jamming > 0, axis=1)),
-        "action": moment.action.astype(jnp.uint8),
+        **_jammers(state, view.links),
+        "down": jnp.zeros(state.x.shape, bool) if state.down is None else state.down,
+        "action": jnp.where(view.able, moment.action, np.int32(NO_ACTION)).astype(jnp.uint8),
         "rule": chosen.astype(jnp.int16),
         "sent_to": jnp.max(jnp.where(to_anybody, receiver, NOBODY), axis=(0, 2)).astype(jnp.int8),
         "sent_fate": jnp.max(fate[:, :n], axis=(0, 2)),
@@ -234,6 +264,15 @@ def _note(parameters: Parameters, before: Episode, after: Episode, moment: Momen
         "match": policy.matched(before.given, seen),
     }
     return jax.tree.map(lambda leaf: leaf[..., 0], notes)
+
+
+def _jammers(state: State, links: Links) -> dict[str, jax.Array]:
+    """Where the jammers are, and on which channel each emits."""
+    if links.jammers is None:
+        emits = _first(jnp.any(links.jamming > 0, axis=1))[None]
+        return {"jammer_x": state.node_x[-1:], "jammer_y": state.node_y[-1:], "jammed": emits}
+    x, y = jamming.places(state)
+    return {"jammer_x": x, "jammer_y": y, "jammed": links.jammers.channel.astype(jnp.int8)}
 
 
 def _first(flags: jax.Array) -> jax.Array:
@@ -252,6 +291,15 @@ def _packed(flags: jax.Array) -> jax.Array:
     return jnp.stack(words)
 
 
+def _last(state: State) -> dict[str, NDArray[Any]]:
+    """What there is of the last moment."""
+    values = {name: getattr(state, name) for name in ("x", "y", "holding", "waiting", "delivered", "down")}
+    if state.down is None:
+        values["down"] = np.zeros(state.x.shape, bool)
+    x, y = (state.node_x[-1:], state.node_y[-1:]) if state.jammers is None else jamming.places(state)
+    return {**values, "jammer_x": x, "jammer_y": y}
+
+
 def _recording(
     settings: Settings,
     scenario: Scenario,
@@ -263,8 +311,10 @@ def _recording(
 ) -> Recording:
     steps, nothing = int(result.steps), np.zeros(matched.shape, np.float32)
     noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
-    for name in ("x", "y", "holding", "waiting", "delivered"):
-        noted[name] = np.concatenate([noted[name], np.asarray(getattr(state, name))[None]])
+    for name, last in _last(state).items():
+        noted[name] = np.concatenate([noted[name], np.asarray(last)[None]])
+    for name in ("jammer_x", "jammer_y", "jammed"):  # without the place that is kept for one where there is none
+        noted[name] = noted[name][:, : len(scenario.jammers)]
     for name in ("served", "served_fate"):
         noted[name] = noted[name][:, list(deployed.channels)]
     score = Score(

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError
 from slcs2_jax.config.arguments import path_of
+from slcs2_jax.config.door import present
 from slcs2_jax.config.registry import LONGEST_NAME
-from slcs2_jax.results.archive import read_archive, write_archive
+from slcs2_jax.results.archive import Limits, read_archive, write_archive
 from slcs2_jax.results.files import storing
 
 FORMAT = "slcs2_jax policy 1"
 _DEEPEST, _MOST_LEAVES = 32, 10_000
+_LIMITS = Limits(entries=_MOST_LEAVES + 2, size=2**28)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +56,11 @@ def load_policy(path: str | Path) -> SavedPolicy:
     """Read a policy's file. Raises InputError naming the file if it is none, damaged, or of another version."""
     file = path_of("policy", path)
     label = f"policy={file}"
-    if not file.is_file():
+    if not present(file):
         raise InputError(f"{label}: no such file; accepted is a policy saved by save_policy")
     try:
         with storing(file, "read"):
-            arrays, about = read_archive(file, FORMAT)
+            arrays, about = read_archive(file, FORMAT, _LIMITS)
         name = about.get("policy")
         if set(about) != {"policy", "tree", "about"} or not isinstance(about["about"], dict):
             raise InputError("its description is not that of a policy")

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import path_of
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.door import present, telling_damage
+from slcs2_jax.config.field import refuse, show
 from slcs2_jax.grammar import RuleSets, parse_rule_text, rule_from_mask
 from slcs2_jax.grammar.vocabulary import Vocabulary
-from slcs2_jax.results.archive import check_arrays, read_archive, write_archive
+from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
 from slcs2_jax.results.files import storing, write_text
 
 FORMAT = "slcs2_jax solution 3"
@@ -40,6 +41,9 @@ _ABOUT: dict[str, type] = {
     "rules": list,
 }
 _MOST_AGENTS, _MOST_RULES = 64, 1000
+SOLUTIONS = "solutions"  # the folder of them in that of a run, which is no link
+# Bytes of a rule's figures; and of the texts of 64 000 rules, each another one, of some 25 clauses
+_LIMITS = Limits(entries=32, size=64 * _MOST_AGENTS * _MOST_RULES + 2**16, about=2**26)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,8 +118,8 @@ class SavedSolution:
             if value != own:
                 raise refuse(name, value, f"{own}, as the solution has it")
 
-    def save(self, path: Path) -> None:
-        """Write the file whole or not at all. Raises StorageError."""
+    def save(self, path: Path, *, inside: Path | None = None) -> None:
+        """Write the file whole or not at all; `inside` as in `results.files`. Raises StorageError."""
         about = {
             "instance_seed": int(self.instance_seed),
             "generation": int(self.generation),
@@ -126,7 +130,7 @@ class SavedSolution:
         }
         arrays = {name: getattr(self, name) for name in _OTHER}
         about["rules"], arrays["rule"] = _in_words(self.rules)
-        write_archive(path, FORMAT, arrays, about)
+        write_archive(path, FORMAT, arrays, about, inside=inside)
 
     def text(self) -> str:
         """Every agent's rules as a person reads them, the strongest first, with q, zeta, eps and tau."""
@@ -144,9 +148,9 @@ class SavedSolution:
                 lines.append(f"{q:9.3f} {zeta:9.4f} {eps:9.3f} {tau:7d}  {text}")
         return "\n".join(lines) + "\n"
 
-    def save_text(self, path: Path) -> None:
+    def save_text(self, path: Path, *, inside: Path | None = None) -> None:
         """Write `text()` whole or not at all."""
-        write_text(path, self.text())
+        write_text(path, self.text(), inside=inside)
 
 
 def _rule_text(rules: RuleSets, agent: int, rule: int) -> str:
@@ -167,10 +171,12 @@ def _in_words(rules: RuleSets) -> tuple[list[str], NDArray[np.int32]]:
     return list(places), np.array(which, np.int32).reshape(rules.action.shape)
 
 
-def _from_words(texts: list[Any], which: NDArray[np.int32]) -> RuleSets:
+def _from_words(texts: list[Any], which: NDArray[np.int32], channels: tuple[int, ...]) -> RuleSets:
     """The rules that `_in_words` was given, by the numbers that clauses and actions have now. Raises InputError."""
-    vocabulary = Vocabulary.current()
-    if not all(isinstance(text, str) for text in texts) or which.min() < 0 or which.max() >= len(texts):
+    vocabulary = Vocabulary.current(channels)
+    if len(texts) > which.size or not all(isinstance(text, str) for text in texts):
+        raise InputError("its rules are not those of a solution")
+    if which.min() < 0 or which.max() >= len(texts):
         raise InputError("its rules are not those of a solution")
     known = [parse_rule_text(text, vocabulary) for text in texts]
     mask, action = np.array([rule.mask() for rule in known]), np.array([rule.action for rule in known], np.uint8)
@@ -178,14 +184,20 @@ def _from_words(texts: list[Any], which: NDArray[np.int32]) -> RuleSets:
 
 
 def load_solution(path: str | Path) -> SavedSolution:
-    """Read a saved solution. Raises InputError naming the file if it is none, damaged, or holds impossible values."""
+    """Read a saved solution.
+
+    Raises InputError naming the file if it is none, damaged, or holds impossible values; StorageError.
+    """
     file = path_of("solution", path)
     label = f"solution={file}"
-    if not file.is_file():
+    if not present(file):
         raise InputError(f"{label}: no such file; accepted is a solution saved by slcs2, RUN/solutions/*.npz")
+    inside = file.parent.parent if file.parent.name == SOLUTIONS else None
     try:
         with storing(file, "read"):
-            return _from_entries(*read_archive(file, FORMAT))
+            entries, about = read_archive(file, FORMAT, _LIMITS, inside=inside)
+        with telling_damage("impossible values"):
+            return _from_entries(entries, about)
     except InputError as error:
         raise InputError(f"{label}: not a solution saved by slcs2 ({error})") from None
 
@@ -203,10 +215,10 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
         raise InputError("its description is not that of a solution")
     for name, kind in _ABOUT.items():
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
-            raise InputError(f"{name}={about[name]!r} has the wrong type")
+            raise InputError(f"{name}={show(repr(about[name]))} has the wrong type")
     settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}
-    rules = _from_words(about.pop("rules"), entries["rule"])
+    rules = _from_words(about.pop("rules"), entries["rule"], settings.radio.channels)
     return SavedSolution(rules=rules, settings=settings, **arrays, **about)

@@ -15,6 +15,7 @@ from slcs2_jax.running.deployable import joined, program
 from slcs2_jax.running.schedule import Batch
 from slcs2_jax.running.task import Task
 from slcs2_jax.world.arena import wall_capacity
+from slcs2_jax.world.emitters import jammer_room
 
 MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
 LEAST_TASKS = 12  # that each of these rollouts should have
@@ -33,7 +34,8 @@ class _Kept:
         mine, its = self.language, language
         says = mine.words >= its.words and {*mine.own_clauses} >= {*its.own_clauses}
         does = {*mine.own_actions} >= {*its.own_actions}
-        room = self.shape.agents == shape.agents and self.shape.channels >= shape.channels
+        same = (self.shape.agents, self.shape.jammers) == (shape.agents, shape.jammers)
+        room = same and self.shape.channels >= shape.channels
         return says and does and room and all(a >= b for a, b in zip(self.shape.walls, shape.walls, strict=True))
 
 
@@ -56,8 +58,9 @@ class Rollouts:
         """
         language = joined([task.policy.language for task in everybody])
         channels = 1 + max(max(task.policy.channels) for task in everybody)
-        walls = wall_capacity([task.site.scenario for task in tasks])
-        shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls)
+        scenarios = [task.site.scenario for task in tasks]
+        walls, jammers = wall_capacity(scenarios), jammer_room(scenarios)
+        shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls, jammers=jammers)
         kept, slots = self._kept.setdefault(program(tasks[0].policy), []), width * len(self._devices)
         for one in kept:
             enough = one.serves(shape, language) and 2 * one.rollout.slots >= slots

@@ -22,7 +22,7 @@ from slcs2_jax.running.schedule import play
 from slcs2_jax.running.task import Measurement, Site
 from slcs2_jax.running.usage import Usage
 from slcs2_jax.search.evaluation import Deployment
-from slcs2_jax.world.scenario import Scenario, make_scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario, make_scenario
 
 MOST_DEPLOYMENTS = 10**6
 
@@ -130,7 +130,7 @@ class Evaluator:
             raise refuse("scenarios", type(given).__name__, "a sequence of at least one scenario or seed")
         found = [one if isinstance(one, Scenario) else make_scenario(settings, one) for one in given]
         for scenario in found:
-            check_scenario(settings, scenario)
+            check_scenario(scenario, settings)
         return found
 
     def _play(self, tasks: Sequence[Measurement], report: Report | None) -> Usage:
@@ -193,15 +193,3 @@ def _measured(name: str, measure: Measure, tasks: Sequence[Sequence[Measurement]
     if gathered.dtype.kind not in "biuf" or not np.isfinite(gathered).all():
         raise InputError(f"measures[{name}]: returned something that is no finite number; accepted are those alone")
     return gathered
-
-
-def check_scenario(settings: Settings, scenario: Scenario) -> None:
-    """Refuse what would otherwise be computed wrongly without a word."""
-    agents, thickness = settings.swarm.agents, settings.world.wall_thickness
-    if len(scenario.start) != agents:
-        raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {agents}")
-    if scenario.wall_thickness != thickness:
-        raise InputError(
-            f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {thickness:g} m, "
-            "as world.wall_thickness says"
-        )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import struct
-import zlib
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
@@ -29,9 +28,6 @@ from slcs2_jax.search.packing import part_of
 from slcs2_jax.search.problem import Problem
 from slcs2_jax.search.protocol import MakeSearch
 from slcs2_jax.world.scenario import make_scenario
-
-# What restoring can raise if a checkpoint was put together by something else than this program.
-_FOREIGN = (LookupError, ValueError, TypeError, AttributeError, OverflowError, struct.error, zlib.error)
 
 
 @dataclass(eq=False)
@@ -77,8 +73,9 @@ class Run:
         if stored is not None:
             arrays, about = stored
             try:
-                self._restore(arrays, about)
-            except _FOREIGN as error:
+                with telling_damage():  # put together by something else than this program
+                    self._restore(arrays, about)
+            except InputError as error:
                 raise self.folder.bad_checkpoint(error) from None
         self.seconds_before = float((read_timing(self.folder.path) or {}).get("wall_seconds", 0.0))
         self.folder.cut_rows([instance.search.generation for instance in self.instances])

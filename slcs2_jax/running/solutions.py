@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import struct
-import zlib
 
 import numpy as np
 
 from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
 from slcs2_jax.config.arguments import whole
-from slcs2_jax.config.field import show
+from slcs2_jax.config.door import present, telling_damage
 from slcs2_jax.grammar.vocabulary import Vocabulary
 from slcs2_jax.results import FinishedRun, SavedSolution
 from slcs2_jax.results.archive import read_archive
+from slcs2_jax.results.files import storing
 from slcs2_jax.results.run_config import read_config
-from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, read_grammar
+from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, checkpoint_limits, read_grammar
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.packing import part_of, unpack_held
 
@@ -48,17 +47,20 @@ def saved_last(run: FinishedRun, instance: int) -> tuple[SavedSolution | None, l
     """
     instance = whole("instance", instance, 0, run.settings.instances - 1)
     file = run.path / CHECKPOINT
-    if not file.exists():
+    if not present(file):
         return None, []
+    prefix, limits = f"{instance}.search", checkpoint_limits(run.settings)
     try:
-        arrays, about = read_archive(file, CHECKPOINT_FORMAT)
-        meta = about["instances"][instance]
-        members, best = unpack_held(part_of(arrays, f"{instance}.search"), meta["search"], Vocabulary.current())
-        grammar, seed = read_grammar(run.path, read_config(run.path)), int(meta["seed"])
-
-        def saved(member: Member) -> SavedSolution:
-            return as_saved(member, run.settings, grammar, seed)
-
-        return None if best is None else saved(best), [saved(member) for member in members]
-    except (InputError, LookupError, ValueError, TypeError, AttributeError, struct.error, zlib.error) as error:
-        raise InputError(f"{file}: {show(str(error))}; slcs2 resume {run.path} says what can be done") from None
+        with storing(file, "read"):
+            arrays, about = read_archive(
+                file, CHECKPOINT_FORMAT, limits, wanted=lambda name: name.startswith(f"{prefix}.members.")
+            )
+        grammar = read_grammar(run.path, read_config(run.path))
+        with telling_damage():
+            meta = about["instances"][instance]
+            members, best = unpack_held(part_of(arrays, prefix), meta["search"], Vocabulary.current())
+            seed = int(meta["seed"])
+            saved = [as_saved(member, run.settings, grammar, seed) for member in members]
+            return None if best is None else as_saved(best, run.settings, grammar, seed), saved
+    except InputError as error:
+        raise InputError(f"{file}: {error}; slcs2 resume {run.path} says what can be done") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
 from collections.abc import Mapping
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 _LENGTH = struct.Struct("<I")
+_MOST = 64 * 1000 * 128  # bytes of an array: agents, rules, and a condition's words
 
 
 def compress(values: Mapping[str, Any]) -> bytes:
@@ -38,9 +40,21 @@ def decompress(data: bytes) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, value in json.loads(data[_LENGTH.size : start]).items():
         if isinstance(value, dict):
-            raw = bytearray(zlib.decompress(data[start : start + value["length"]]))
-            values[name] = np.frombuffer(raw, np.dtype(value["dtype"])).reshape(value["shape"])
+            dtype, size = np.dtype(value["dtype"]), math.prod(value["shape"])
+            raw = _unpacked(data[start : start + value["length"]], size * dtype.itemsize)
+            values[name] = np.frombuffer(raw, dtype).reshape(value["shape"])
             start += value["length"]
         else:
             values[name] = tuple(value) if isinstance(value, list) else value
     return values
+
+
+def _unpacked(data: bytes, size: int) -> bytearray:
+    """So many bytes from compressed ones, and never more. Raises ValueError, zlib.error."""
+    if not 0 <= size <= _MOST:
+        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST}")
+    unpacking = zlib.decompressobj()
+    raw = unpacking.decompress(data, size + 1)
+    if len(raw) != size or not unpacking.eof:
+        raise ValueError(f"an array is not {size} bytes long")
+    return bytearray(raw)
