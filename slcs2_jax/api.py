@@ -5,7 +5,7 @@ Each sets JAX up as the command line does (`runtime.configure`), where JAX does 
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 from typing import Any
 
 from slcs2_jax import runtime
@@ -57,7 +57,8 @@ def evolve(
     Args:
         settings: one for each run.
         search: what proposes solutions, in place of what `settings.search.name` says: a name (slcs2, random, one that
-            was registered), or a class or function that makes a search from a `slcs2_jax.search.Problem`.
+            was registered), or a class or function that makes a search from a `slcs2_jax.search.Problem`, which is
+            registered under its own name if it is not yet.
         report: who is told of progress.
 
     Raises:
@@ -67,20 +68,15 @@ def evolve(
         raise InputError("settings: none given; at least one is required")
     for one in settings:
         of_kind("settings", one, Settings)
-    made = None if search is None or isinstance(search, str) else search
     if search is not None:
-        name = search if isinstance(search, str) else search_name(search)
-        settings = tuple(_named(one, name) for one in settings)
+        name = search if isinstance(search, str) else _registered(search)
+        settings = tuple(replace(one, search=replace(one.search, name=name)) for one in settings)
     runtime.configure(settings[0].compute)
-    return driver.evolve(settings, report=report, search=made)
+    return driver.evolve(settings, report=report)
 
 
-def _named(settings: Settings, name: str) -> Settings:
-    return dataclasses.replace(settings, search=dataclasses.replace(settings.search, name=name))
-
-
-def search_name(make: Any) -> str:
-    """What run folders call a search: the name that it is registered under, else that of its class or function."""
+def _registered(make: Any) -> str:
+    """The name that a search is registered under; it is taken in under that of its class or function if need be."""
     if not callable(make):
         raise refuse("search", type(make).__name__, "a name, or a class or function that makes a search")
     registry = KINDS["search"]
@@ -88,7 +84,9 @@ def search_name(make: Any) -> str:
         if registry.get(name) is make:
             return name
     made = getattr(make, "func", make)  # look into a functools.partial
-    return str(getattr(made, "__qualname__", type(made).__name__))
+    name = str(getattr(made, "__qualname__", type(made).__name__)).rpartition("<locals>.")[2]
+    registry.add(name, make, str(getattr(made, "__module__", type(made).__module__)))
+    return name
 
 
 def evaluate(

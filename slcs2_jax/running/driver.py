@@ -26,7 +26,6 @@ from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
 from slcs2_jax.search.evaluation import Deployment
-from slcs2_jax.search.protocol import MakeSearch
 from slcs2_jax.search.slcs2 import check_parts
 from slcs2_jax.world.scenario import make_scenario
 
@@ -35,7 +34,6 @@ def evolve(
     settings: Sequence[Settings],
     *,
     report: Report | None = None,
-    search: MakeSearch | None = None,
     as_begun: bool = False,
 ) -> list[RunSummary]:
     """Evolve every run, writing its folder if ``run_dir`` is set (docs/model.md).
@@ -50,7 +48,6 @@ def evolve(
     Args:
         settings: one for each run.
         report: who is told of progress.
-        search: makes each instance's search from a ``Problem``; by default the one that ``search.name`` names.
         as_begun: a run that goes on does so with the grammar it was begun with, even if the grammar's file is another
             one now; otherwise that is refused.
 
@@ -62,7 +59,7 @@ def evolve(
     """
     report = report or Quiet()
     for one in settings:
-        check_parts(one.search, named=search is None)
+        check_parts(one.search)
     summaries, widths = _look(settings)
     runs: dict[int, Run] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:
@@ -75,7 +72,7 @@ def evolve(
         for width, places in batches:
             for place in places:
                 device = runtime.describe_devices(settings[place].compute)
-                run = prepare(settings[place], device=device, width=width, search=search, as_begun=as_begun)
+                run = prepare(settings[place], device=device, width=width, as_begun=as_begun)
                 runs[place] = run
                 folders.callback(run.close)
                 if run.folder is not None and (changes := run.folder.config.changes(device)):

@@ -131,16 +131,13 @@ class Run:
         return as_saved(member, self.settings, self.grammar.text, instance.site.scenario.seed)
 
 
-def prepare(
-    settings: Settings, *, device: str, width: int, search: MakeSearch | None = None, as_begun: bool = False
-) -> Run:
+def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = False) -> Run:
     """The run of these settings, from its start or from where its folder stands; the folder stays locked.
 
     Args:
         settings: of the run.
         device: what it is computed on, in words.
         width: slots per device of its batch.
-        search: makes each instance's search; by default the one that `settings.search.name` names.
         as_begun: go on with the grammar that the run was begun with, even if its file is another one now.
 
     Raises:
@@ -148,7 +145,7 @@ def prepare(
             works on.
         StorageError: the disk refuses.
     """
-    make = KINDS["search"].get(settings.search.name) if search is None else search
+    make = KINDS["search"].get(settings.search.name)
     if settings.run_dir is None:
         grammar = Grammar.of(settings)
         return Run(settings, grammar, None, _instances(settings, grammar, None, make))

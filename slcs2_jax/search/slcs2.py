@@ -17,10 +17,9 @@ if TYPE_CHECKING:
     from slcs2_jax.config import Search as SearchSettings
 
 
-def check_parts(settings: SearchSettings, *, named: bool = True) -> None:
-    """Raise InputError unless the parts that the settings name exist, and the search itself if it is `named` there."""
-    if named:
-        KINDS["search"].get(settings.name)
+def check_parts(settings: SearchSettings) -> None:
+    """Raise InputError unless the search that the settings name and its parts exist."""
+    KINDS["search"].get(settings.name)
     for kind in ("acceptance", "parent", "variation"):
         KINDS[kind].get(getattr(settings, kind))
 
