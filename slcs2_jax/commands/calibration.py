@@ -118,11 +118,10 @@ def _missing(notebook: Any, cells: Sequence[Split]) -> list[tuple[Point, list[Sp
 def _estimates(runs: Sequence[Settings], own: Mapping[str, Any]) -> list[Estimate]:
     from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.running import driver
-    from slcs2_jax.running.deployed import deploy_list
     from slcs2_jax.study.calibration import Estimate
 
     count = own["calibration"]["deployments"]
-    designed = deploy_list(runs, load_decision_list(BEHAVIOUR), deployments=count)
+    designed = driver.deploy_in_runs(runs, load_decision_list(BEHAVIOUR), deployments=count)
     short = [
         dataclasses.replace(one, run_dir=None, search=dataclasses.replace(one.search, fresh_deployments=1))
         for one in runs  # nobody looks at the winner's fresh deployments

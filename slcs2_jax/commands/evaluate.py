@@ -106,7 +106,7 @@ def _policy(name: Any, settings: Settings) -> _What:
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
         from slcs2_jax.running import driver
 
-        return driver.evaluate_list(settings, behaviour, deployments=deployments, report=report)
+        return driver.evaluate(settings, behaviour, deployments=deployments, report=report)
 
     return _What({CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
 

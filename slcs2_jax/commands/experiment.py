@@ -120,8 +120,9 @@ def split(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
 def _look_at(job: Job) -> None:
     """Check everything about a job that can be checked before anything is computed."""
     from slcs2_jax.commands.deployed import check_deployable
-    from slcs2_jax.grammar import load_grammar
+    from slcs2_jax.grammar.grammar import Grammar
     from slcs2_jax.results import check_usable
+    from slcs2_jax.search.slcs2 import check_parts
 
     config, own = split(job)
     if "calibration" in own:
@@ -133,8 +134,8 @@ def _look_at(job: Job) -> None:
         if one.controller is not None:
             check_deployable(one)
             continue
-        rules = one.settings.rules
-        load_grammar(rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes)
+        Grammar.of(one.settings)
+        check_parts(one.settings.search)
         check_usable(one.settings)
 
 

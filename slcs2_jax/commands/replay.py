@@ -136,7 +136,7 @@ def _episodes(
     solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
-    from slcs2_jax.looking.solutions import replay, replay_list
+    from slcs2_jax.looking.solutions import replay
     from slcs2_jax.policy.decision_list import load_decision_list
 
     steps = None if options["end"] == "auto" else int(options["end"])
@@ -146,7 +146,7 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["policy"], options["beside"]):
         if name is not None:
-            found.append((terminal(Path(name).stem), partial(replay_list, load_decision_list(name), settings, **place)))
+            found.append((terminal(Path(name).stem), partial(replay, load_decision_list(name), settings, **place)))
     return found
 
 

@@ -187,6 +187,12 @@ KINDS: dict[str, Registry] = {
             "makes a new solution from an evaluated one",
             {"exchange": "slcs2_jax.search.offspring:Exchange"},
         ),
+        Registry(
+            "parent",
+            "search.parent",
+            "which of the solutions under exploration is varied next",
+            {"fewest": "slcs2_jax.search.parents:FewestExplorations"},
+        ),
     )
 }
 
