@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from slcs2_jax.config import Settings
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 
 
@@ -76,7 +77,7 @@ def arm_of(settings: Settings, controller: str | None = None) -> str:
 
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
-    return _TITLES.get(name, name.replace("_", " "))
+    return _TITLES.get(name, terminal(name.replace("_", " ")))
 
 
 def ordered(names: Iterable[str]) -> list[str]:

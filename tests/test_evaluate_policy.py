@@ -1,4 +1,4 @@
-"""slcs2 evaluate with a behaviour made by hand, from the command to the summary."""
+"""slcs2 evaluate with a decision list, from the command to the summary."""
 
 import json
 
@@ -25,7 +25,7 @@ no packet held => move toward source
 def test_a_users_behaviour_is_evaluated_and_recorded(tmp_path, capsys):
     path, folder = tmp_path / "carry.txt", tmp_path / "out"
     path.write_text(CARRY)
-    assert cli.main(["evaluate", f"controller={path}", *SMALL, "deployments=2", f"run_dir={folder}"]) == 0
+    assert cli.main(["evaluate", f"policy={path}", *SMALL, "deployments=2", f"run_dir={folder}"]) == 0
     assert "open short, 2 scenarios" in capsys.readouterr().out
     scenarios = json.loads((folder / "summary.json").read_text())["scenarios"]
     assert [one["delivered"] for one in scenarios] == [4, 4]
@@ -38,10 +38,10 @@ def test_a_users_behaviour_is_evaluated_and_recorded(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["controller=nowhere.txt"], "controller 'nowhere.txt': there is no such controller or file; accepted are"),
-        (["controller=designed", "solution=a.npz"], "solution: not together with controller; accepted is one of the"),
-        (["controller=designed", "deployments=0"], "deployments=0: accepted is a whole number from 1"),
-        ([], "or controller=NAME"),
+        (["policy=nowhere.txt"], "policy 'nowhere.txt': there is no such policy or file; accepted are"),
+        (["policy=designed", "solution=a.npz"], "solution: not together with policy; accepted is one of the"),
+        (["policy=designed", "deployments=0"], "deployments=0: accepted is a whole number from 1"),
+        ([], "or policy=NAME"),
     ],
 )
 def test_bad_input_is_one_line(arguments, message, capsys):
