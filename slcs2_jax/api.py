@@ -18,7 +18,7 @@ from slcs2_jax.running.instance import Measurement, Site
 from slcs2_jax.running.schedule import play
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.swarm.task import task_of
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario
 
 MOST_DEPLOYMENTS = 10**6
 
@@ -60,13 +60,7 @@ def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Gra
     size = (settings.swarm.agents, settings.rules.rules)
     if rules.action.shape != size:
         raise InputError(f"rules: {list(rules.action.shape)} agents and rules; accepted are {list(size)}")
-    if len(scenario.start) != size[0]:
-        raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {size[0]}")
-    if scenario.wall_thickness != settings.world.wall_thickness:
-        raise InputError(
-            f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {settings.world.wall_thickness:g} m, "
-            "as world.wall_thickness says"
-        )
+    check_scenario(scenario, settings)
     known = make_rule(grammar.clauses, grammar.actions[0], grammar.vocabulary).mask()
     foreign = (rules.mask & ~known).any(axis=-1) | ~np.isin(rules.action, grammar.actions)
     if foreign.any():

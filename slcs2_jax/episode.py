@@ -20,11 +20,11 @@ from slcs2_jax.policy import strength
 from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.policy.learning import LearningParameters
 from slcs2_jax.policy.policy import Clock, Figures, Policy
-from slcs2_jax.swarm import knowledge, links
+from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.swarm.outcome import Outcome
-from slcs2_jax.swarm.state import State, initial_state
+from slcs2_jax.swarm.state import State
 from slcs2_jax.swarm.step import Physics
 from slcs2_jax.world.arena import Arena
 
@@ -91,9 +91,7 @@ def begin(arena: Arena, given: Any, key: jax.Array, parameters: Parameters) -> E
     agents = arena.start_x.shape
     chex.assert_shape(key, (2, *agents[1:]))
     chex.assert_type([key, arena.start_x], [np.uint32, np.float32])
-    physics = parameters.physics
-    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
-    state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))
+    state = swarm.begin(arena, key, parameters.physics)
     memory = parameters.policy.initial_memory(given, arena.start_x, parameters.learning)
     return Episode(arena, given, state, memory)
 

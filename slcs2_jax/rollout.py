@@ -22,6 +22,7 @@ from slcs2_jax.config.errors import InputError
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.world.arena import Arena, stack
+from slcs2_jax.world.emitters import JammerRoom
 from slcs2_jax.world.scenario import Scenario
 
 AXIS = "slots"
@@ -30,11 +31,12 @@ LANES = 16  # slots per device come in multiples of this: what vector units take
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """Static sizes of a batch: agents, channels, rows for walls."""
+    """Static sizes of a batch: agents, channels, rows for walls, room for jammers."""
 
     agents: int
     channels: int
     walls: tuple[int, int]
+    jammers: JammerRoom | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -139,7 +141,8 @@ class Rollout:
         found = [(leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(arrays)]
         if found != self._like:
             raise InputError(f"policy: its arrays are {found}; accepted are {self._like}, as the others have")
-        one = stack([job.scenario], [job.channels], capacity=self._shape.walls, width=self._shape.channels)
+        shape = self._shape
+        one = stack([job.scenario], [job.channels], capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
         jax.tree.map(partial(_write, slot), self._arena, one)
         jax.tree.map(lambda table, leaf: table.__setitem__((..., slot), leaf), self._policies, arrays)
         self._keys[:, slot] = job.key
@@ -191,14 +194,14 @@ def _vacant(shape: Shape, like: Any, slots: int) -> tuple[Any, Any, NDArray[np.u
         seed=0,
         sink=np.zeros(2, np.float32),
         sink_estimate=np.zeros(2, np.float32),
-        jammer=None,
+        jammers=(),
         vertical=np.zeros((0, 3), np.float32),
         horizontal=np.zeros((0, 3), np.float32),
         wall_thickness=0.0,
         start=np.zeros((shape.agents, 2), np.float32),
         time_limit=0,
     )
-    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels)
+    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
     policies = jax.tree.map(lambda leaf: np.zeros((*leaf.shape, slots), leaf.dtype), like)
     return arena, policies, np.zeros((2, slots), np.uint32)
 

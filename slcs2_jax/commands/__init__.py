@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, cast
 
 from slcs2_jax.config.field import refuse
@@ -13,6 +14,7 @@ class Command(Protocol):
 
     HELP: str  # what `slcs2 NAME --help` prints
     TAKES_SETTINGS: bool  # is the table of settings printed below that?
+    OPTIONS: Sequence[str]  # what it takes as name=value beside settings and plugins=
 
     @staticmethod
     def run(arguments: list[str]) -> int:
@@ -34,11 +36,13 @@ COMMANDS: dict[str, Line] = {
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
     "experiment": Line("NAME [setting=value ...]", "an experiment of the paper or the calibration study; and a report"),
+    "world": Line("[setting=value ...] [save=FILE]", "the world of a seed in words, and as a file to change and use"),
     "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(
         "RUN [setting=value ...]", "an episode as an animation or a picture: who sent to whom, and what was lost"
     ),
     "rules": Line("RUN", "a solution's rules in words: what they learnt, how they acted, where they came from"),
+    "parts": Line("[KIND]", "what a swarm, its world and its search are made of, and which setting chooses it"),
     "report": Line("FOLDER", "a page to look at; of many runs also tables, figures, verdicts on the paper's claims"),
 }
 

@@ -7,11 +7,25 @@ import math
 import numbers
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.escape import terminal
+from slcs2_jax.config.errors import refuse, show
+from slcs2_jax.config.registry import KINDS
 
+__all__ = [
+    "STATUS_MEANING",
+    "Described",
+    "Doc",
+    "Section",
+    "accepted",
+    "check",
+    "described",
+    "refuse",
+    "setting",
+    "show",
+]
+
+LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
 
 STATUS_MEANING: dict[Status, str] = {
@@ -30,8 +44,10 @@ _FALSE = frozenset({"false", "off", "no"})
 class Doc:
     """What is said about a field, and what it accepts.
 
-    `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings;
-    `name` is what a user types if it differs from section.field; `reason` says where the value comes from.
+    `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings; `part` is
+    the kind of part that the value names (`registry.KINDS`), whose names are then accepted; `fewest`/`most` bound the
+    length of a list, whose entries differ if `distinct`; `name` is what a user types if it differs from section.field;
+    `reason` says where the value comes from.
     """
 
     help: str
@@ -42,7 +58,16 @@ class Doc:
     high: float | None = None
     high_open: bool = False
     options: tuple[str, ...] = ()
+    part: str = ""
+    fewest: int = 0
+    most: int | None = None
+    distinct: bool = False
     name: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The accepted strings: the options, or the names of the parts that are registered now; () if any will do."""
+        return KINDS[self.part].names() if self.part else self.options
 
 
 def setting(default: Any, help: str, **doc: Any) -> Any:
@@ -52,11 +77,15 @@ def setting(default: Any, help: str, **doc: Any) -> Any:
 
 @dataclass(frozen=True)
 class Described:
-    """A field of a section together with the name a user types, its type and its documentation."""
+    """A field of a section together with the name a user types, its type and its documentation.
+
+    `kind` is the type of the value or, where it `is_list`, of each entry of what is held as a tuple.
+    """
 
     attribute: str
     name: str
     kind: type
+    is_list: bool
     optional: bool
     default: Any
     doc: Doc
@@ -70,38 +99,41 @@ def described(section: type) -> Iterator[Described]:
         doc = field.metadata.get("doc")
         if doc is None:
             continue
-        options = [kind for kind in get_args(hints[field.name]) if kind is not type(None)]
-        kind = options[0] if options else hints[field.name]
         name = doc.name or (f"{prefix}.{field.name}" if prefix else field.name)
-        yield Described(field.name, name, kind, bool(options), field.default, doc)
+        yield Described(field.name, name, *_kind_of(hints[field.name]), field.default, doc)
 
 
-def show(value: object) -> str:
-    """A value as a user would type it, on one line, printable and never long."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
-    try:
-        text = str(value) if isinstance(value, str | int | float) else repr(value)
-    except (ValueError, RecursionError):  # a number of thousands of digits, a list in itself
-        text = "(too long to be shown)"
-    text = terminal(" ".join(text.split()))
-    return text if len(text) <= 80 else text[:77] + "..."
+def _kind_of(hint: Any) -> tuple[type, bool, bool]:
+    """Type of a value or an entry, is it a list of them, may it be null: of `int`, `int | None`, `tuple[int, ...]`."""
+    if get_origin(hint) is tuple:
+        return get_args(hint)[0], True, False
+    options = [kind for kind in get_args(hint) if kind is not type(None)]
+    return (options[0], False, True) if options else (hint, False, False)
 
 
 def accepted(field: Described) -> str:
     """In words, what the field accepts."""
     doc = field.doc
-    if doc.options:
-        words = "one of " + ", ".join(doc.options)
+    if field.is_list:
+        entries = {int: "whole numbers", float: "finite numbers", str: "texts"}[field.kind]
+        if doc.names:
+            entries = "some of " + ", ".join(doc.names)
+        return f"a list of {_count(doc)}{'different ' if doc.distinct else ''}{entries}{_bounds(doc)}"
+    if doc.names:
+        words = "one of " + ", ".join(doc.names)
     elif field.kind is bool:
         words = "true or false"
     elif field.kind is str:
         words = "a text"
     else:
         words = ("a whole number" if field.kind is int else "a finite number") + _bounds(doc)
-    return words + (" or null" if field.optional else "")
+    return words + (" or null" if field.optional else "") + (", or a name that plugins= brings" if doc.part else "")
+
+
+def _count(doc: Doc) -> str:
+    if doc.most is not None:
+        return f"{doc.fewest} to {doc.most} "
+    return f"at least {doc.fewest} " if doc.fewest else ""
 
 
 def _bounds(doc: Doc) -> str:
@@ -113,28 +145,43 @@ def _bounds(doc: Doc) -> str:
     return " " + " and ".join(parts) if parts else ""
 
 
-def refuse(name: str, value: object, accepts: str) -> InputError:
-    """The error for one field, in the one form all of them have."""
-    return InputError(f"{name}={show(value)}: accepted is {accepts}")
-
-
 def check(field: Described, value: object) -> Any:
     """The value in the field's own type; raises InputError on a wrong type, a non-finite or an out-of-bounds value."""
     if value is None and field.optional:
         return None
     try:
-        converted = _convert(field.kind, value)
+        if not field.is_list:
+            return _checked(field, value)
+        entries = [value] if field.kind is str and isinstance(value, str) else value
+        if not isinstance(entries, list | tuple):
+            raise TypeError
+        found = tuple(_checked(field, entry) for entry in entries)
+        too_long = field.doc.most is not None and len(found) > field.doc.most
+        if len(found) < field.doc.fewest or too_long or (field.doc.distinct and len(set(found)) < len(found)):
+            raise ValueError
+        return found
     except (TypeError, ValueError, OverflowError):
         raise refuse(field.name, value, accepted(field)) from None
+
+
+def _checked(field: Described, value: object) -> Any:
+    """One value in the field's type; raises TypeError, ValueError or OverflowError."""
+    converted = _convert(field.kind, value)
     doc = field.doc
-    if doc.options and converted not in doc.options:
-        raise refuse(field.name, value, accepted(field))
+    if doc.names and converted not in doc.names:
+        raise ValueError
     if field.kind in (int, float):
         too_low = doc.low is not None and converted < doc.low
         too_high = doc.high is not None and (converted >= doc.high if doc.high_open else converted > doc.high)
         if too_low or too_high:
-            raise refuse(field.name, value, accepted(field))
+            raise ValueError
     return converted
+
+
+def _within(doc: Doc, number: float) -> bool:
+    too_low = doc.low is not None and number < doc.low
+    too_high = doc.high is not None and (number >= doc.high if doc.high_open else number > doc.high)
+    return not (too_low or too_high)
 
 
 def _convert(kind: type, value: object) -> Any:
@@ -148,6 +195,10 @@ def _convert(kind: type, value: object) -> Any:
     if kind is str:
         if isinstance(value, str) and value.strip():
             return value
+        raise TypeError
+    if kind is tuple:
+        if isinstance(value, list | tuple):
+            return tuple(_convert(int, number) for number in value)
         raise TypeError
     if isinstance(value, bool):
         raise TypeError

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import Section, refuse, setting
-from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, Task, World
+from slcs2_jax.config import plugins
+from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.field import LEAST, Section, setting
+from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
+from slcs2_jax.config.radio import Radio
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -20,6 +23,12 @@ class Search(Section):
 
     SECTION: ClassVar[str] = "search"
 
+    name: str = setting(
+        "slcs2",
+        "what proposes solutions and learns from their evaluations; set by search=",
+        status="paper",
+        part="search",
+    )
     generations: int = setting(
         500, "generations, one new solution each", name="generations", status="paper", low=1, high=10**7
     )
@@ -28,7 +37,7 @@ class Search(Section):
         "which solutions are kept: the collection of the paper, or ailta (ablation)",
         name="acceptance",
         status="paper",
-        options=("domination", "ailta"),
+        part="acceptance",
     )
     exchange: bool = setting(
         True, "do offspring take rules from a donor; off is an ablation", name="exchange", status="paper"
@@ -130,6 +139,7 @@ class Settings(Section):
 
     world: World = field(default_factory=World)
     radio: Radio = field(default_factory=Radio)
+    jammers: Jammers = field(default_factory=Jammers)
     swarm: Swarm = field(default_factory=Swarm)
     learning: Learning = field(default_factory=Learning)
     rules: Rules = field(default_factory=Rules)
@@ -139,20 +149,24 @@ class Settings(Section):
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
     instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
+    plugins: tuple[str, ...] = setting(
+        (), "modules that register parts of your own: plugins=[my_module]; imported because you name them", status="run"
+    )
     run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
 
     def cross_check(self) -> None:
         for name, kind in SECTIONS.items():
             if not isinstance(getattr(self, name), kind):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
+        plugins.check_named(self.plugins, plugins.SETTING)
         world, net = self.world, self.radio.network_range
-        if world.jammer and net >= world.distance / 2:
+        if world.jammer and world.file is None and net >= world.distance / 2:
             raise InputError(
                 f"world.distance={world.distance:g}: no place for the jammer: accepted is more than twice "
                 f"the network range of {net:.4g} m"
             )
         room = START_DISC_SHARE * (1 + 2 * world.start_radius / self.swarm.clearance) ** 2
-        if self.swarm.agents > room:
+        if self.swarm.agents > room and world.file is None:
             raise InputError(
                 f"swarm.agents={self.swarm.agents}: no place for the agents: accepted is at most {int(room)} with "
                 f"world.start_radius={world.start_radius:g} and swarm.clearance={self.swarm.clearance:g}"
@@ -162,6 +176,7 @@ class Settings(Section):
 SECTIONS: dict[str, type[Section]] = {
     "world": World,
     "radio": Radio,
+    "jammers": Jammers,
     "swarm": Swarm,
     "learning": Learning,
     "rules": Rules,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import show
+from slcs2_jax.config.errors import InputError, show
 
 MOST_BYTES = 2**20
 _DEEPEST = 24

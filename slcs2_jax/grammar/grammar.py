@@ -51,7 +51,7 @@ class Grammar:
         options: dict[str, Any] = {
             "max_clauses": rules.max_clauses,
             "single_option_consumes": rules.single_option_consumes,
-            "vocabulary": Vocabulary.current(),
+            "vocabulary": Vocabulary.current(settings.radio.channels),
         }
         if text is None:
             return load_grammar(rules.grammar, **options)

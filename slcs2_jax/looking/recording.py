@@ -20,16 +20,18 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Episode, Moment, Parameters, Result
 from slcs2_jax.grammar import RuleSets
-from slcs2_jax.grammar.vocabulary import Vocabulary
+from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
 from slcs2_jax.running.memory import check_fits
+from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
+from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.state import State
 from slcs2_jax.swarm.task import Score, task_of
 from slcs2_jax.world.arena import stack, wall_capacity
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario
 
 CHUNK = 100  # sharing periods that are computed at a time
 NOBODY = -1
@@ -55,12 +57,15 @@ class Recording:
         vocabulary: what the numbers of actions mean.
         rules: what was deployed; None for a policy without rules.
         channels: indices of the channels in use, in the order of the columns of `served`.
+        ended: whether it goes to the end of the episode; if not, what else is said is as it was when it was cut.
         fitness: share delivered less share of time used (spec section 7).
         x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
         holding: bool [T + 1, n], who holds a packet.
         waiting, delivered: int32 [T + 1], packets at the source and at the sink.
         heard: uint32 [T, W, n], bit j % 32 of word j // 32 tells whether the agent heard node j; see `neighbours`.
-        jammed: int8 [T], index of the channel that the jammer emitted on; -1 for none.
+        down: bool [T + 1, n], who had failed and did not work in the step from the moment on.
+        jammer_x, jammer_y: float32 [T + 1, J], m, the jammers' places.
+        jammed: int8 [T, J], index of the channel that each jammer emitted on; -1 for none.
         action: uint8 [T, n], numbers of the vocabulary; `NO_ACTION` for none.
         rule: int16 [T, n], the rule that was drawn (or, of a behaviour made by hand, the first that held); -1 for none.
         sent_to: int8 [T, n], the node that the agent sent its packet to; -1 if it sent nothing.
@@ -78,6 +83,7 @@ class Recording:
     vocabulary: Vocabulary
     rules: RuleSets | None
     channels: tuple[int, ...]
+    ended: bool
     fitness: float
     x: NDArray[np.float32]
     y: NDArray[np.float32]
@@ -85,6 +91,9 @@ class Recording:
     waiting: NDArray[np.int32]
     delivered: NDArray[np.int32]
     heard: NDArray[np.uint32]
+    down: NDArray[np.bool_]
+    jammer_x: NDArray[np.float32]
+    jammer_y: NDArray[np.float32]
     jammed: NDArray[np.int8]
     action: NDArray[np.uint8]
     rule: NDArray[np.int16]
@@ -126,6 +135,24 @@ class Recording:
         at = self.scenario.sink if node == self.sink else (0.0, 0.0)
         return float(at[0]), float(at[1])
 
+    def jammer_places(self, moment: int) -> list[tuple[float, float]]:
+        """Where the jammers were at a moment, m."""
+        return list(zip(self.jammer_x[moment].tolist(), self.jammer_y[moment].tolist(), strict=True))
+
+    def emits(self, jammer: int, moment: int) -> bool:
+        """Whether a jammer is taken to disturb the first channel in use at a moment, for maps.
+
+        A reactive one is, since it answers whoever is near; of another it is what it did in the step to come.
+        """
+        if self.scenario.jammers[jammer].emission == "reactive":
+            return True
+        return self.steps > 0 and bool(self.jammed[min(moment, self.steps - 1), jammer] == self.channels[0])
+
+    def reach(self, jammer: int) -> float:
+        """How far away a jammer's mean power is P_rs, m, without walls."""
+        radio, power = self.settings.radio, self.scenario.jammers[jammer].power_db
+        return float(radio.network_range * 10 ** (power / (10 * radio.path_loss_exponent)))
+
     def neighbours(self, step: int) -> NDArray[np.bool_]:
         """Who heard whom in a step: bool [n + 2 node, n agent]."""
         node = np.arange(self.agents + 2)
@@ -152,6 +179,7 @@ def record(
     deployed: BoundPolicy,
     key: tuple[np.uint32, np.uint32],
     *,
+    steps: int | None = None,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """Compute one episode and keep all of it.
@@ -164,28 +192,34 @@ def record(
         scenario: where.
         deployed: what decides.
         key: the episode's key.
+        steps: stop after so many, or the first whole chunk that has them; None: at the end of the episode.
         after_chunk: told now and then how many steps were computed.
 
     Raises:
-        InputError: the recording would not fit into memory.
+        InputError: the scenario is none for these settings, or the recording would not fit into memory.
     """
+    check_scenario(scenario, settings)
     check_fits("world.time_limit", scenario.time_limit, _step_bytes(settings.swarm.agents), "a recording")
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
-    begin, watch, result = _programs()
+    most = scenario.time_limit if steps is None else min(steps, scenario.time_limit)
+    begin, watch, result = _programs(min(CHUNK, -(-most // settings.swarm.sharing_period)))
     episode = begin(*given, parameters)
     matched: Any = 0
     parts: list[dict[str, NDArray[Any]]] = []
     running = True
-    while running:
+    computed = 0
+    while running and computed < most:
         episode, notes = watch(episode, parameters)
-        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
+        steps = notes["running"].size
+        part = {name: np.asarray(leaf).reshape(steps, *leaf.shape[3:]) for name, leaf in notes.items()}
         matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
         parts.append(part)
         running = bool(part["running"][-1])
-        after_chunk(sum(int(one["running"].sum()) for one in parts))
+        computed += int(part["running"].sum())
+        after_chunk(computed)
     end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
-    return _recording(settings, scenario, deployed, parts, matched, *end)
+    return _recording(settings, scenario, deployed, parts, matched, *end, ended=not running)
 
 
 def _step_bytes(agents: int) -> int:
@@ -206,13 +240,13 @@ def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.u
 
 
 @functools.cache
-def _programs() -> tuple[Any, Any, Any]:
-    """Begin, watch a chunk, and result, compiled for the default backend."""
+def _programs(chunk: int) -> tuple[Any, Any, Any]:
+    """Begin, watch a chunk of so many sharing periods, and result, compiled for the default backend."""
     on_cpu = jax.default_backend() == "cpu"
     program = partial(jax.jit, compiler_options={"xla_cpu_prefer_vector_width": 512} if on_cpu else None)
 
     def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any]:
-        return episodes.watch(episode, parameters, CHUNK, partial(_note, parameters))
+        return episodes.watch(episode, parameters, chunk, partial(_note, parameters))
 
     return program(episodes.begin), program(watch), program(episodes.result)
 
@@ -234,8 +268,9 @@ def _note(parameters: Parameters, before: Episode, after: Episode, moment: Momen
         "waiting": state.waiting,
         "delivered": state.delivered,
         "heard": _packed(view.links.heard),
-        "jammed": _first(jnp.any(view.links.jamming > 0, axis=1)),
-        "action": moment.action.astype(jnp.uint8),
+        **_jammers(state, view.links),
+        "down": jnp.zeros(state.x.shape, bool) if state.down is None else state.down,
+        "action": jnp.where(view.able, moment.action, np.int32(NO_ACTION)).astype(jnp.uint8),
         "rule": chosen.astype(jnp.int16),
         "sent_to": jnp.max(jnp.where(to_anybody, receiver, NOBODY), axis=(0, 2)).astype(jnp.int8),
         "sent_fate": jnp.max(fate[:, :n], axis=(0, 2)),
@@ -244,6 +279,15 @@ def _note(parameters: Parameters, before: Episode, after: Episode, moment: Momen
         "match": policy.matched(before.given, seen),
     }
     return jax.tree.map(lambda leaf: leaf[..., 0], notes)
+
+
+def _jammers(state: State, links: Links) -> dict[str, jax.Array]:
+    """Where the jammers are, and on which channel each emits."""
+    if links.jammers is None:
+        emits = _first(jnp.any(links.jamming > 0, axis=1))[None]
+        return {"jammer_x": state.node_x[-1:], "jammer_y": state.node_y[-1:], "jammed": emits}
+    x, y = jamming.places(state)
+    return {"jammer_x": x, "jammer_y": y, "jammed": links.jammers.channel.astype(jnp.int8)}
 
 
 def _first(flags: jax.Array) -> jax.Array:
@@ -262,6 +306,15 @@ def _packed(flags: jax.Array) -> jax.Array:
     return jnp.stack(words)
 
 
+def _last(state: State) -> dict[str, NDArray[Any]]:
+    """What there is of the last moment."""
+    values = {name: getattr(state, name) for name in ("x", "y", "holding", "waiting", "delivered", "down")}
+    if state.down is None:
+        values["down"] = np.zeros(state.x.shape, bool)
+    x, y = (state.node_x[-1:], state.node_y[-1:]) if state.jammers is None else jamming.places(state)
+    return {**values, "jammer_x": x, "jammer_y": y}
+
+
 def _recording(
     settings: Settings,
     scenario: Scenario,
@@ -270,11 +323,15 @@ def _recording(
     matched: NDArray[np.int32],
     state: State,
     result: Result,
+    *,
+    ended: bool,
 ) -> Recording:
     steps, nothing = int(result.steps), np.zeros(matched.shape, np.float32)
     noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
-    for name in ("x", "y", "holding", "waiting", "delivered"):
-        noted[name] = np.concatenate([noted[name], np.asarray(getattr(state, name))[None]])
+    for name, last in _last(state).items():
+        noted[name] = np.concatenate([noted[name], np.asarray(last)[None]])
+    for name in ("jammer_x", "jammer_y", "jammed"):  # without the place that is kept for one where there is none
+        noted[name] = noted[name][:, : len(scenario.jammers)]
     for name in ("served", "served_fate"):
         noted[name] = noted[name][:, list(deployed.channels)]
     score = Score(
@@ -291,6 +348,7 @@ def _recording(
         vocabulary=deployed.language.vocabulary,
         rules=deployed.given if isinstance(deployed.given, RuleSets) else None,
         channels=deployed.channels,
+        ended=ended,
         fitness=task_of(settings).fitness(score),
         matched=matched,
         contribution=np.asarray(result.contribution),

@@ -52,7 +52,9 @@ def bind_list(decisions: DecisionList, agents: int) -> BoundPolicy:
 
 
 def bind(policy: Policy | str, given: Any) -> BoundPolicy:
-    """A policy of another kind, or the one registered under a name, with its parameters: any pytree of arrays.
+    """A policy of another kind, or the one registered under a name, with its parameters.
+
+    given: rule-sets, or any pytree of arrays.
 
     Raises InputError for a name that is none, or something that is no policy.
     """
@@ -60,5 +62,7 @@ def bind(policy: Policy | str, given: Any) -> BoundPolicy:
         policy = KINDS["policy"].get(policy)()
     if not isinstance(policy, Policy):
         raise InputError(f"policy: {type(policy).__name__}; accepted is a Policy or the name of one")
+    if isinstance(given, RuleSets):
+        return bind_rules(given, policy=policy)
     language = getattr(policy, "language", None) or Language.whole(Vocabulary.current())
     return BoundPolicy(policy, jax.tree.map(np.asarray, given), language, policy.channels)

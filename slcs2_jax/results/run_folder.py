@@ -1,6 +1,7 @@
 """The folder of one run while it is made. What is in it is replaced whole or added to, never damaged.
 
-config.yaml, grammar.bnf, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of all, summary.json.
+config.yaml, grammar.bnf, perhaps world.yaml, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of
+all, summary.json.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.grammar.source import MAX_BYTES
@@ -41,6 +42,7 @@ from slcs2_jax.results.run_config import (
 )
 from slcs2_jax.results.saved import SOLUTIONS, SavedSolution
 
+WORLD = "world.yaml"
 GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
     "grammar.bnf",
     "generations.jsonl",
@@ -111,7 +113,8 @@ class RunFolder:
         folder = check_free(settings.run_dir)
         with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
-        config = RunConfig(settings, new_record(kind, device, record or {}))
+        config = RunConfig(settings, new_record(kind, device, {**(record or {}), **plugins.recorded(settings.plugins)}))
+        write_world(folder, settings)
         write_config(folder, config)
         return cls(folder, config)
 
@@ -138,8 +141,9 @@ class RunFolder:
             if found is None:
                 data = grammar_text().encode("utf-8", "surrogatepass")
                 write_whole(folder / GRAMMAR, lambda file: file.write(data))
-                more = {**record, "grammar_crc": _crc(data)}
+                more = {**record, "grammar_crc": _crc(data), **plugins.recorded(settings.plugins)}
                 found = RunConfig(settings, new_record("evolve", device, more))
+                write_world(folder, settings)
                 write_config(folder, found)
             elif found.settings.search.generations < settings.search.generations:
                 search = replace(found.settings.search, generations=settings.search.generations)
@@ -227,6 +231,13 @@ class RunFolder:
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """summary.json, whole or not at all; its presence says that the run ended."""
         write_document(self.path / SUMMARY, "summary", SUMMARY_VERSION, summary)
+
+
+def write_world(folder: Path, settings: Settings) -> None:
+    """world.yaml, a copy of the world's file, if the run has one. config.yaml says the same; this is for people."""
+    if settings.world.content is not None:
+        data = settings.world.content.encode("utf-8")
+        write_whole(folder / WORLD, lambda file: file.write(data))
 
 
 def read_grammar(folder: Path, config: RunConfig) -> str:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import check_below, folders_below, name_inside, present, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document, write_document
@@ -91,6 +91,8 @@ def _settings(plain: Any, file: Path) -> Settings:
     try:
         with telling_damage():
             return settings_from(plain)
+    except plugins.PluginError as error:
+        raise plugins.PluginError(f"{file}: {error}") from None
     except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
 

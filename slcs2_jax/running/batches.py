@@ -15,6 +15,7 @@ from slcs2_jax.rollout import LANES, Rollout, Shape
 from slcs2_jax.running.instance import Site, Task
 from slcs2_jax.running.schedule import Batch
 from slcs2_jax.world.arena import wall_capacity
+from slcs2_jax.world.emitters import jammer_room
 
 MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
 LEAST_TASKS = 12  # that each of these rollouts should have
@@ -52,6 +53,7 @@ def _rollout(
         agents=settings.swarm.agents,
         channels=1 + max(max(one.channels_used) for one in said),
         walls=wall_capacity([site.scenario for site in sites]),
+        jammers=jammer_room([site.scenario for site in sites]),
     )
     devices = runtime.devices(settings.compute)
     language = Language.of(said)

@@ -22,7 +22,7 @@ def action_mask(view: View, actions: tuple[int, ...], language: Language) -> jax
         language: what can be said and done.
 
     Returns:
-        bool [A, n, ...]; False throughout once the episode is over.
+        bool [A, n, ...]; False throughout for who is down, and once the episode is over.
     """
     n, state = view.x.shape[0], view.state
     numbers = np.array(actions, np.int32).reshape(-1, *(1,) * view.x.ndim)
@@ -31,4 +31,4 @@ def action_mask(view: View, actions: tuple[int, ...], language: Language) -> jax
     collects = view.heard[n] & ~state.holding & (state.waiting > 0)
     sends = state.holding & (meant.node < n + 2)
     useful = jnp.where(meant.moves, meant.place_known, jnp.where(meant.collects, collects, sends))
-    return useful & view.running
+    return useful & view.able

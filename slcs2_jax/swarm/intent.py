@@ -13,7 +13,7 @@ import numpy as np
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.grammar.vocabulary import FULL, JAMMER, MOVE_TARGETS, OBSTACLE, POWERS, TOWARD
-from slcs2_jax.swarm import roles
+from slcs2_jax.swarm import jamming, roles
 from slcs2_jax.swarm.selection import least, take
 from slcs2_jax.swarm.state import State, SwarmParameters, lift
 from slcs2_jax.swarm.view import View, checked
@@ -66,6 +66,7 @@ def interpret(action: jax.Array, view: View, language: Language) -> Intent:
     node = roles.resolve(target, members, view.everybody, parameters.speed)
     place_x, place_y = take(view.everybody.x, node), take(view.everybody.y, node)
     obstacle = nearest_obstacle(state, arena, parameters)
+    jammer_x, jammer_y = jamming.believed(state, arena)
     to_obstacle = target == OBSTACLE
     to_jammer = target == JAMMER
     known = jnp.where(
@@ -79,8 +80,8 @@ def interpret(action: jax.Array, view: View, language: Language) -> Intent:
         collects=collects,
         sends=sends,
         direction=direction,
-        place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, arena.jammer_x, place_x)),
-        place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, arena.jammer_y, place_y)),
+        place_x=jnp.where(to_obstacle, obstacle.x, jnp.where(to_jammer, jammer_x, place_x)),
+        place_y=jnp.where(to_obstacle, obstacle.y, jnp.where(to_jammer, jammer_y, place_y)),
         place_known=known,
         node=node,
         channel=channel,
@@ -138,7 +139,8 @@ _TYPES = {
 def _intent(view: View, kind: str, given: dict[str, Any]) -> Intent:
     """An intent of one kind for everybody; what is not given means nothing."""
     values = dict.fromkeys(_TYPES, 0) | {"acts": True, kind: True, "node": view.x.shape[0] + 2, "level": 1.0} | given
-    return Intent(**{name: jnp.broadcast_to(jnp.asarray(values[name], _TYPES[name]), view.x.shape) for name in _TYPES})
+    arrays = {name: jnp.asarray(values[name], _TYPES[name]) for name in _TYPES}
+    return Intent(**{name: checked(kind, name, array, view.x, _TYPES[name]) for name, array in arrays.items()})
 
 
 def _with_own(intent: Intent, action: jax.Array, view: View, language: Language) -> Intent:
@@ -155,7 +157,10 @@ def _with_own(intent: Intent, action: jax.Array, view: View, language: Language)
             meant = move(view, x, y, known=defined, direction=known.direction)
         else:
             name, part = vocabulary.own_actions[known.own]
-            meant = part(view)
+            try:
+                meant = part(view)
+            except InputError as error:
+                raise InputError(f"action {name!r}: {error}") from None
             if not isinstance(meant, Intent):
                 raise InputError(f"action {name!r}: returned {type(meant).__name__}; accepted is move, collect or send")
         chosen = action == number

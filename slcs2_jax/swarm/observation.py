@@ -28,7 +28,7 @@ class Observation:
 
     Attributes:
         truth: uint32 [W, n, ...], bit k % 32 of word k // 32 tells whether clause k of the vocabulary holds; nothing
-            holds for the agents of an episode that is over.
+            holds for the agents of an episode that is over, or for one that is down.
         view: what else there is to see, for policies of another kind; `features` makes a vector of it.
     """
 
@@ -70,7 +70,7 @@ def look(
 def observe(view: View, language: Language) -> Observation:
     """Form each agent's observation."""
     truth = clauses.truth(view, language)
-    return Observation(stored(jnp.where(view.running, truth, np.uint32(0)), view.swarm.speed), view)
+    return Observation(stored(jnp.where(view.able, truth, np.uint32(0)), view.swarm.speed), view)
 
 
 class Feature(NamedTuple):

@@ -6,14 +6,17 @@ import dataclasses
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from slcs2_jax.config.settings import Settings
 from slcs2_jax.grammar.language import Language
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.swarm import intent as intents
 from slcs2_jax.swarm import knowledge, links, motion, observation, packets, roles
+from slcs2_jax.swarm.failure import who_is_down
 from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.swarm.outcome import Outcome
-from slcs2_jax.swarm.state import OTHER_NODES, State, SwarmParameters
+from slcs2_jax.swarm.state import OTHER_NODES, State, SwarmParameters, initial_state
 from slcs2_jax.swarm.task import Delivery, task_of
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.radio import RadioParameters
@@ -59,16 +62,49 @@ def act(action: jax.Array, seen: Observation, physics: Physics) -> tuple[State, 
     """
     view = seen.view
     state, arena = view.state, view.arena
+    if state.down is not None:
+        action = jnp.where(state.down, np.int32(NO_ACTION), action)
     intent = intents.interpret(action, view, physics.language)
     moved_packets, air = packets.transfer(state, view.links, intent, physics.radio)
     step = motion.proposed_step(state, intent, physics.swarm)
     x, y = motion.resolve(state, *step, arena, physics.swarm)
+    moved_packets = links.moved_jammers(moved_packets, view.running, arena, physics.radio)
     after = dataclasses.replace(
         moved_packets,
-        node_x=state.node_x.at[:-OTHER_NODES].set(x),
-        node_y=state.node_y.at[:-OTHER_NODES].set(y),
+        node_x=moved_packets.node_x.at[:-OTHER_NODES].set(x),
+        node_y=moved_packets.node_y.at[:-OTHER_NODES].set(y),
         t=state.t + view.running.astype(jnp.int32),
     )
-    after = dataclasses.replace(after, power=links.draw(after, arena, physics.radio))
+    after = failed(links.drawn(after, arena, physics.radio), view.running, physics.swarm)
     outcome = Outcome(intent, air)
     return after, physics.task.worth(view, after, outcome), outcome
+
+
+def begin(arena: Arena, key: jax.Array, physics: Physics) -> State:
+    """The swarm as deployed (key uint32 [2, ...]), with the links of the first step."""
+    failing = physics.swarm.failures is not None
+    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise, failing=failing)
+    running = physics.task.running(state, arena, physics.swarm)
+    return failed(links.drawn(state, arena, physics.radio), running, physics.swarm)
+
+
+def failed(state: State, running: jax.Array, parameters: SwarmParameters) -> State:
+    """The state with those down that do not work in time-step ``state.t``, without the packets that they so lose.
+
+    running: bool [...], whether the episode goes on.
+    """
+    if parameters.failures is None:
+        return state
+    assert state.down is not None  # for the type checker
+    assert state.lost is not None
+    down = jnp.where(running, who_is_down(state.down, state.key, state.t, parameters.failures), state.down)
+    if parameters.failures.keeps_packet:
+        return dataclasses.replace(state, down=down)
+    loses = down & state.holding
+    return dataclasses.replace(
+        state,
+        down=down,
+        holding=state.holding & ~loses,
+        history=jnp.where(loses, np.uint32(0), state.history),
+        lost=state.lost + jnp.sum(loses, axis=0, dtype=jnp.int32),
+    )

@@ -44,7 +44,7 @@ class Delivery:
 
     def going_on(self, state: State, arena: Arena, parameters: SwarmParameters) -> jax.Array:
         """Whether packets are still under way: bool [...]. The time limit ends an episode in any case."""
-        return state.delivered < parameters.packets
+        return state.settled < parameters.packets
 
     def running(self, state: State, arena: Arena, parameters: SwarmParameters) -> jax.Array:
         """Whether the episode goes on: bool [...]."""

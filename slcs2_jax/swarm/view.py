@@ -45,6 +45,11 @@ class View:
     swarm: SwarmParameters
 
     @property
+    def able(self) -> jax.Array:
+        """Who can act: nobody once the episode is over, and nobody who is down: bool [...] or [n, ...]."""
+        return self.running if self.state.down is None else self.running & ~self.state.down
+
+    @property
     def x(self) -> jax.Array:
         """The agents' places along the line from source to sink: float32 [n, ...], m."""
         return self.state.x

@@ -21,7 +21,7 @@ from slcs2_jax.swarm.state import initial_state
 from slcs2_jax.swarm.step import Physics
 from slcs2_jax.world.arena import stack
 from slcs2_jax.world.geometry import BLOCK
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Jammer, Scenario
 
 
 def _rows(walls):
@@ -120,7 +120,7 @@ class Make:
             seed=0,
             sink=np.array(sink, np.float32),
             sink_estimate=np.array(sink if estimate is None else estimate, np.float32),
-            jammer=None if jammer is None else np.array(jammer, np.float32),
+            jammers=() if jammer is None else (Jammer(np.array(jammer, np.float32)),),
             vertical=_rows(vertical),
             horizontal=_rows(horizontal),
             wall_thickness=1.0,
