@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from slcs2_jax.config.door import read_file
 from slcs2_jax.config.errors import InputError, refuse
 
 LARGEST = 2**18  # bytes of a world's file, some thousands of walls
@@ -22,13 +23,9 @@ def read_world(path: str | Path) -> str:
         raise refuse("world.file", path, accepts)
     file = Path(path)
     try:
-        if not file.is_file():
-            raise refuse("world.file", str(path), accepts)
-        with file.open("rb") as stream:
-            data = stream.read(LARGEST + 1)
-        if len(data) > LARGEST:
-            raise refuse("world.file", str(path), accepts)
-        text = data.decode("utf-8")
+        text = read_file(file, LARGEST).decode("utf-8")
+    except InputError as error:
+        raise InputError(f"world.file={path}: {error}; accepted is {accepts}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"world.file={path}: cannot be read ({error}); accepted is {accepts}") from None
     if not text.strip():
