@@ -96,7 +96,7 @@ def _default(name: str) -> Any:
 def _mapping(text: str) -> Mapping[str, Any]:
     """The file's content. Aliases are refused: they let a small file stand for a huge one."""
     try:
-        content = parse_yaml(text, deepest=_DEEPEST)
+        content = parse_yaml(text)
     except InputError as error:
         raise InputError(f"{error}; accepted is a mapping of {', '.join(_FIELDS)}") from None
     return _known("the file", content, _FIELDS, ("sink",))
