@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config.door import read_file
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.errors import InputError, refuse, show
 
 LARGEST = 2**18  # bytes of a world's file, some thousands of walls
 SUFFIXES = (".yaml", ".yml")

@@ -94,7 +94,7 @@ def _default(name: str) -> Any:
 
 
 def _mapping(text: str) -> Mapping[str, Any]:
-    """The file's content."""
+    """The file's content. Aliases are refused: they let a small file stand for a huge one."""
     try:
         content = parse_yaml(text)
     except InputError as error:
