@@ -83,7 +83,7 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
 
     device = runtime.describe_devices(settings.compute)
     if changes := config.changes(device):
-        print(f"{changes}: the same bytes are not to be expected")
+        print(f"{terminal(changes)}: the same bytes are not to be expected")
     record = {"width": config.record["width"]}
     RunFolder.open(settings, device=device, grammar_text=lambda: grammar, record=record).close()
     with Progress(settings.search.generations) as report:
