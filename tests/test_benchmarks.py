@@ -97,7 +97,7 @@ def test_counted_steps_are_those_of_the_episodes_and_peers_make_as_many(workload
 def test_everybody_has_the_same_scenarios_rules_and_keys(workload):
     pytest.importorskip("numba")
     from benchmarks.peers import Peers
-    from slcs2_jax.reference.inputs import unpack_clauses
+    from tests.oracle.inputs import unpack_clauses
 
     peers = Peers.of(workload, 5, fastmath=False)
     assert len({tuple(key) for key in peers.keys}) == 5

@@ -1,4 +1,4 @@
-"""From settings, scenarios and rule masks to the named tuples of the reference."""
+"""From settings, scenarios and rule masks to the named tuples of the oracle."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.config.errors import InputError
-from slcs2_jax.reference.model import Params, Rules, Walls, World
-from slcs2_jax.reference.randomness import normal
-from slcs2_jax.reference.sensing import SPLIT
+from tests.oracle.model import Params, Rules, Walls, World
+from tests.oracle.randomness import normal
+from tests.oracle.words import CLAUSES, SPLIT
 
-CLAUSES = 97
 LOG_PER_DECIBEL = math.log(10.0) / 10.0
 
 
@@ -121,7 +120,7 @@ def make_rules(mask: Any, action: Any, channels_used: Any) -> Rules:
 
 
 def pack_clauses(words: Any) -> np.ndarray:
-    """Sets of clauses as the reference has them, int64[..., 2], from uint32[..., 4] words of 32 clauses."""
+    """Sets of clauses as the oracle has them, int64[..., 2], from uint32[..., 4] words of 32 clauses."""
     words = np.asarray(words, np.uint32)
     mask = np.zeros((*words.shape[:-1], 2), np.int64)
     for k in range(CLAUSES):

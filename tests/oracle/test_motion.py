@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.reference import motion
-from slcs2_jax.reference.classifier import NO_ACTION
+from tests.oracle import motion
+from tests.oracle.words import NO_ACTION
 
 TOWARD, AWAY, ORBIT = vocabulary.TOWARD, vocabulary.AWAY, vocabulary.ORBIT
 SO, SI, C, SOURCE, SINK, JAMMER, OBSTACLE = range(7)

@@ -1,4 +1,4 @@
-"""What the reference episode is made of: plain arrays in named tuples, which both Python and Numba accept.
+"""What the oracle's episode is made of: plain arrays in named tuples, which both Python and Numba accept.
 
 n agents, R rules each, M = n + 3 nodes (agents 0..n-1, source n, sink n+1, jammer n+2), V or H walls,
 L = bp_max + 1 remembered action sets. Lengths in metres, powers in milliwatts, `log_*` their natural logarithms.
@@ -70,7 +70,7 @@ class World(NamedTuple):
 class Rules(NamedTuple):
     """One solution's rules."""
 
-    mask: np.ndarray  # int64[n, R, 2] clause k is bit k of word 0, or bit k - 50 of word 1 (sensing.SPLIT)
+    mask: np.ndarray  # int64[n, R, 2] clause k is bit k of word 0, or bit k - SPLIT of word 1 (words.SPLIT)
     action: np.ndarray  # uint8[n, R]
     channels: np.ndarray  # bool[3] the channels that the grammar uses
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from slcs2_jax.reference import memory, model, strength
-from slcs2_jax.reference.episode import step
+from tests.oracle import memory, model, strength
+from tests.oracle.episode import step
 
 
 @pytest.mark.parametrize(("reward", "credit"), [(0.0, 0.0), (9.0, 1.0), (-9.0, -1.0), (99.0, 2.0)])

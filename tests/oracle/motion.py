@@ -1,15 +1,14 @@
-"""Motion: what agents want, and what clearance lets them do (section 4 of the specification)."""
+"""Motion: what agents want, and what clearance lets them do (docs/model.md, Agents)."""
 
 from __future__ import annotations
 
 import math
 
-from slcs2_jax.reference.air import is_move
-from slcs2_jax.reference.geometry import SLACK, crosses, nearest_on_wall, rank, square_distance
-from slcs2_jax.reference.sensing import believed_place, nearest_obstacle
-
-TOWARD, AWAY, ORBIT = range(3)
-TO_SOURCE, TO_SINK, TO_JAMMER = 3, 4, 5  # move targets after so, si, c; 6 is the obstacle
+from slcs2_jax.grammar.vocabulary import AWAY, JAMMER, SINK, SOURCE, TOWARD
+from tests.oracle.air import is_move
+from tests.oracle.geometry import SLACK, crosses, nearest_on_wall, rank, square_distance
+from tests.oracle.sensing import believed_place, nearest_obstacle
+from tests.oracle.words import DIRECTION, TARGET
 
 
 def displacement(direction, dx, dy, params):
@@ -29,19 +28,19 @@ def displacement(direction, dx, dy, params):
     return dx - turned * dx + sine * dy, dy - sine * dx - turned * dy
 
 
-def move_target(i, kind, role, place, world, params, known_place, jammer_range):
+def move_target(i, target, role, place, world, params, known_place, jammer_range):
     """Where the target of a move is, as the agent believes: (defined, x, y)."""
     n = jammer_range.shape[0]
-    if kind < TO_SOURCE:
-        if role[kind] < 0:
+    if target < SOURCE:  # so, si or c
+        if role[target] < 0:
             return False, 0.0, 0.0
-        x, y = believed_place(i, role[kind], place, world.sink_estimate, known_place)
+        x, y = believed_place(i, role[target], place, world.sink_estimate, known_place)
         return True, x, y
-    if kind == TO_SOURCE:
+    if target == SOURCE:
         return True, place[n, 0], place[n, 1]
-    if kind == TO_SINK:
+    if target == SINK:
         return True, world.sink_estimate[0], world.sink_estimate[1]
-    if kind == TO_JAMMER:
+    if target == JAMMER:
         return jammer_range[i] > 0.0, place[n + 2, 0], place[n + 2, 1]
     return nearest_obstacle(i, place, n, world, params)
 
@@ -52,11 +51,12 @@ def propose(state, world, params, work):
     for i in range(n):
         sx, sy = 0.0, 0.0
         if is_move(work.action[i]):
+            target, direction = TARGET[work.action[i]], DIRECTION[work.action[i]]
             defined, x, y = move_target(
-                i, work.action[i] % 7, work.role[i], state.place, world, params, state.known_place, state.jammer_range
+                i, target, work.role[i], state.place, world, params, state.known_place, state.jammer_range
             )
             if defined:
-                sx, sy = displacement(work.action[i] // 7, x - state.place[i, 0], y - state.place[i, 1], params)
+                sx, sy = displacement(direction, x - state.place[i, 0], y - state.place[i, 1], params)
         work.step[i, 0] = sx
         work.step[i, 1] = sy
         work.proposal[i, 0] = state.place[i, 0] + sx

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from slcs2_jax.reference import geometry, inputs
+from tests.oracle import geometry, inputs
 
 
 def test_rank_counts_lines_at_or_below():

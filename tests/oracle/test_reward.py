@@ -1,4 +1,4 @@
-"""Rewards: every case of specification 6.3."""
+"""Rewards: every case of its definition."""
 
 import math
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.reference import reward
-from slcs2_jax.reference.classifier import NO_ACTION
+from tests.oracle import reward
+from tests.oracle.words import NO_ACTION
 
 MOVE, COLLECT = 0, vocabulary.collect_action(0, vocabulary.FULL)
 

@@ -1,12 +1,12 @@
-"""Reward of a step (section 6.3 of the specification)."""
+"""Reward of a step (docs/model.md, Choice and learning)."""
 
 from __future__ import annotations
 
 import math
 
-from slcs2_jax.reference.air import inbox, is_move
-from slcs2_jax.reference.classifier import NO_ACTION
-from slcs2_jax.reference.geometry import distance
+from tests.oracle.air import inbox, is_move
+from tests.oracle.geometry import distance
+from tests.oracle.words import NO_ACTION
 
 
 def reward_of(progress, returned, cost):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.reference import air, radio, sensing
-from slcs2_jax.reference.classifier import NO_ACTION
+from tests.oracle import air, radio, sensing, words
+from tests.oracle.words import NO_ACTION
 
 FULL, HALF = vocabulary.FULL, vocabulary.HALF
 SO, SI, C, SOURCE, SINK = range(5)
@@ -55,7 +55,7 @@ def total(state):
 @pytest.mark.parametrize("power", [HALF, FULL])
 def test_actions_are_read_as_the_vocabulary_writes_them(params, channel, power):
     for action in (collect(channel, power), *(send(t, channel, power) for t in range(5))):
-        assert air.channel_of(action) == channel
+        assert words.CHANNEL[action] == channel
         assert air.power_of(action, params) == pytest.approx(1.0 if power == FULL else 0.5, abs=1e-4)
         assert air.is_collect(action) != air.is_send(action)
         assert not air.is_move(action)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slcs2_jax.reference.model import Params, State
-from slcs2_jax.reference.strength import settle
+from tests.oracle.model import Params, State
+from tests.oracle.strength import settle
 
 
 def set_history(state: State, t: int) -> np.ndarray:

@@ -1,56 +1,49 @@
-"""What is on the air: collecting, sending, who receives what, and where the packets go (sections 3 and 4).
+"""What is on the air: collecting, sending, who receives, where packets go (docs/model.md, Radio and Agents).
 
-Transmissions are listed: agents by index, then the source by channel. Action numbers: slcs2_jax/grammar/vocabulary.py.
+Transmissions are listed: agents by index, then the source by channel.
 """
 
 from __future__ import annotations
 
 import math
 
-from slcs2_jax.reference.classifier import NO_ACTION
-from slcs2_jax.reference.radio import link_power, noise_on
-from slcs2_jax.reference.randomness import draw
-from slcs2_jax.reference.sensing import find_roles
-
-FIRST_COLLECT, FIRST_SEND = 21, 27
-TO_SOURCE, TO_SINK = 3, 4  # send targets after so, si, c
+from slcs2_jax.grammar.vocabulary import FULL, SINK, SOURCE
+from tests.oracle.radio import link_power, noise_on
+from tests.oracle.randomness import draw
+from tests.oracle.sensing import find_roles
+from tests.oracle.words import CHANNEL, COLLECT, KIND, MOVE, POWER, SEND, TARGET
 
 
 def is_move(action):
     """Whether the action moves the agent."""
-    return action < FIRST_COLLECT
+    return KIND[action] == MOVE
 
 
 def is_collect(action):
     """Whether the action asks the source for a packet."""
-    return FIRST_COLLECT <= action < FIRST_SEND
+    return KIND[action] == COLLECT
 
 
 def is_send(action):
     """Whether the action sends a packet."""
-    return FIRST_SEND <= action < NO_ACTION
-
-
-def channel_of(action):
-    """Channel index of a collect or send action."""
-    return (action - FIRST_COLLECT) % 6 // 2
+    return KIND[action] == SEND
 
 
 def power_of(action, params):
     """Power of a collect or send action, as a fraction of full power."""
-    return 1.0 if (action - FIRST_COLLECT) % 2 == 1 else params.half_power
+    return 1.0 if POWER[action] == FULL else params.half_power
 
 
 def send_target(i, action, place, world, state, heard, reachable, apart):
     """The node that a send action of agent i is for, -1 if it is not in reach."""
     n = heard.shape[0]
-    kind = (action - FIRST_SEND) // 6
-    if kind == TO_SOURCE:
+    target = TARGET[action]
+    if target == SOURCE:
         return n if heard[i, n] else -1
-    if kind == TO_SINK:
+    if target == SINK:
         return n + 1 if heard[i, n + 1] else -1
     find_roles(i, True, place, world.sink_estimate, state.known_time, state.known_place, heard, reachable, apart)
-    return reachable[kind]
+    return reachable[target]
 
 
 def list_sends(state, world, params, work):
@@ -64,7 +57,7 @@ def list_sends(state, world, params, work):
         if target >= 0:
             work.sender[count] = i
             work.receiver[count] = target
-            work.channel[count] = channel_of(action)
+            work.channel[count] = CHANNEL[action]
             work.power[count] = power_of(action, params)
             count += 1
     return count
@@ -76,7 +69,7 @@ def served(channel, action, holding, heard, s1, s2):
     agent = -1
     greatest = -1
     for i in range(n):
-        if is_collect(action[i]) and channel_of(action[i]) == channel and heard[i, n] and not holding[i]:
+        if is_collect(action[i]) and CHANNEL[action[i]] == channel and heard[i, n] and not holding[i]:
             bits = draw(s1, s2, i)
             if bits > greatest:
                 agent, greatest = i, bits

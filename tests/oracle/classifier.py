@@ -1,10 +1,9 @@
-"""The rule-set classifier: matching, learning and choice (section 6 of the specification), one agent at a time."""
+"""The rule-set classifier: matching, learning and choice (docs/model.md, Choice and learning), one agent at a time."""
 
 from __future__ import annotations
 
-from slcs2_jax.reference.randomness import draw
-
-NO_ACTION = 255
+from tests.oracle.randomness import draw
+from tests.oracle.words import NO_ACTION
 
 
 def match_rules(mask, truth, matched_truth, match, size):

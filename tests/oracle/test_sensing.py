@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.reference import inputs, sensing
+from tests.oracle import inputs, sensing
 
 
 def roles(case, i, only_heard=False):

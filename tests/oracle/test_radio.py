@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Learning, Radio, Swarm
-from slcs2_jax.reference import inputs, radio
-from slcs2_jax.reference.randomness import SHADOWING, stream
+from tests.oracle import inputs, radio
+from tests.oracle.randomness import SHADOWING, stream
 
 LOG_PER_DECIBEL = math.log(10) / 10
 MAIN = np.array([True, False, False])

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slcs2_jax.reference.air import accept, hand_over, list_sends, list_serves, measure_interference, radiate
-from slcs2_jax.reference.classifier import (
-    NO_ACTION,
+from tests.oracle.air import accept, hand_over, list_sends, list_serves, measure_interference, radiate
+from tests.oracle.classifier import (
     best_quality,
     choose,
     form_action_set,
@@ -16,19 +15,20 @@ from slcs2_jax.reference.classifier import (
     learning_rate,
     match_rules,
 )
-from slcs2_jax.reference.model import new_state, new_work
-from slcs2_jax.reference.motion import arrive, propose, resolve
-from slcs2_jax.reference.radio import hear_beacons, jam_nodes, notice_jammer
-from slcs2_jax.reference.randomness import COLLECT, PRIORITY, SHADOWING, stream
-from slcs2_jax.reference.reward import reward_agents, transfer_progress
-from slcs2_jax.reference.sensing import (
+from tests.oracle.model import new_state, new_work
+from tests.oracle.motion import arrive, propose, resolve
+from tests.oracle.radio import hear_beacons, jam_nodes, notice_jammer
+from tests.oracle.randomness import COLLECT, PRIORITY, SHADOWING, stream
+from tests.oracle.reward import reward_agents, transfer_progress
+from tests.oracle.sensing import (
     enter_neighbours,
     find_roles,
     measure,
     observe,
     share_knowledge,
 )
-from slcs2_jax.reference.strength import credit_of, retire, settle
+from tests.oracle.strength import credit_of, retire, settle
+from tests.oracle.words import NO_ACTION
 
 
 def sense(state, world, rules, params, key0, key1, t, work):
@@ -166,7 +166,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(state, world, params, steps):
-    """Outcome of a finished episode. Fitness: share of packets delivered less share of time spent (section 7)."""
+    """Outcome of a finished episode. Fitness: share of packets delivered less share of time spent."""
     delivered = state.depot[1]
     return Outcome(
         fitness=delivered / params.packets - steps / world.time_limit,

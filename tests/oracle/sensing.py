@@ -1,4 +1,4 @@
-"""What an agent knows and observes (section 4 of the specification).
+"""What an agent knows and observes (docs/model.md, Agents).
 
 Everything an agent computes about the sink uses the place where it believes the sink.
 """
@@ -7,12 +7,20 @@ from __future__ import annotations
 
 import math
 
-from slcs2_jax.reference.geometry import SLACK, distance, nearest_on_wall, rank, square_distance
+from tests.oracle.geometry import SLACK, distance, nearest_on_wall, rank, square_distance
+from tests.oracle.words import (
+    COMPARE,
+    COMPARE_JAMMER,
+    NO_NODE_IN_REACH,
+    NO_PACKET_HELD,
+    NODE_IN_REACH,
+    NOISE,
+    OPERANDS,
+    PACKET_HELD,
+    SPLIT,
+)
 
 SO, SI, CLOSEST, SINK, SOURCE, THRESHOLD, NETWORK, JAMMER = range(8)  # columns of Work.distance
-PACKET_HELD, NO_PACKET_HELD, NODE_IN_REACH, NO_NODE_IN_REACH = 1, 2, 3, 4
-COMPARE, COMPARE_JAMMER, NOISE_ON_6, NOISE_ON_11 = 5, 80, 95, 96  # first clauses of families, and the last two
-SPLIT = 50  # clauses from here on stand in the second word; no left operand's 15 comparisons are cut
 
 
 def enter_neighbours(place, heard, t, known_time, known_place):
@@ -87,17 +95,18 @@ def measure(i, place, sink_estimate, jammer_range, params, apart):
 
 
 def comparisons(left, apart, params):
-    """Which comparisons of one left operand hold: bit operator * 5 + right, operators <, >, = in this order.
+    """Which comparisons of one left operand hold: bit operator * OPERANDS + right, operators <, >, = in this order.
 
     Equal means: within one step of motion or the relative tolerance. Nothing holds for an undefined operand.
     """
     bits = 0
-    for right in range(5):
+    for right in range(OPERANDS):
         operand = apart[right if right < 3 else right + 2]  # so, si, c, threshold, network
         if operand >= 0.0:
             bits |= (left < operand - SLACK) << right
-            bits |= (left > operand + SLACK) << (right + 5)
-            bits |= (abs(left - operand) <= max(params.speed, params.tolerance * operand) + SLACK) << (right + 10)
+            bits |= (left > operand + SLACK) << (right + OPERANDS)
+            equal = abs(left - operand) <= max(params.speed, params.tolerance * operand) + SLACK
+            bits |= equal << (right + 2 * OPERANDS)
     return bits
 
 
@@ -114,20 +123,20 @@ def observe(holding, in_reach, interference, apart, params):
 
     interference[3] per channel in mW; apart[8] distances, -1 undefined.
     """
-    low = (interference[0] <= params.receive) << 0
+    low = (interference[0] <= params.receive) << NOISE[0]
     low |= 1 << (PACKET_HELD if holding else NO_PACKET_HELD)
     low |= 1 << (NODE_IN_REACH if in_reach else NO_NODE_IN_REACH)
-    high = (interference[1] <= params.receive) << (NOISE_ON_6 - SPLIT)
-    high |= (interference[2] <= params.receive) << (NOISE_ON_11 - SPLIT)
-    for left in range(3):
+    high = (interference[1] <= params.receive) << (NOISE[1] - SPLIT)
+    high |= (interference[2] <= params.receive) << (NOISE[2] - SPLIT)
+    for left in (SO, SI, CLOSEST):
         if apart[left] >= 0.0:
-            low |= comparisons(apart[left], apart, params) << (COMPARE + 15 * left)
-    for left in range(3, 5):
-        high |= comparisons(apart[left], apart, params) << (COMPARE + 15 * left - SPLIT)
+            low |= comparisons(apart[left], apart, params) << COMPARE[left]
+    for left in (SINK, SOURCE):
+        high |= comparisons(apart[left], apart, params) << (COMPARE[left] - SPLIT)
     if apart[JAMMER] >= 0.0:
         for left in range(5):
             if apart[left] >= 0.0:
-                high |= jammer_comparisons(apart[left], apart[JAMMER], params) << (COMPARE_JAMMER + 3 * left - SPLIT)
+                high |= jammer_comparisons(apart[left], apart[JAMMER], params) << (COMPARE_JAMMER[left] - SPLIT)
     return low, high
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slcs2_jax.reference.randomness import draw, mix, normal, stream
+from tests.oracle.randomness import draw, mix, normal, stream
 
 
 def reference_draw(key0, key1, t, purpose, index):

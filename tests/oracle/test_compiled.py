@@ -1,11 +1,11 @@
-"""The compiled reference equals the plain one, and holds the invariants over longer episodes."""
+"""The compiled oracle equals the plain one, and holds the invariants over longer episodes."""
 
 import numpy as np
 import pytest
 
 pytest.importorskip("numba")
 
-from slcs2_jax.reference import compiled, episode, model
+from tests.oracle import compiled, episode, model
 
 pytestmark = pytest.mark.slow  # compiling takes some twenty seconds when nothing is cached
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slcs2_jax.reference import classifier, inputs
-from slcs2_jax.reference.randomness import PRIORITY, draw, stream
+from tests.oracle import classifier, inputs
+from tests.oracle.randomness import PRIORITY, draw, stream
 
 
 def rules_of(*clauses):

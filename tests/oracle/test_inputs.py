@@ -1,10 +1,10 @@
-"""What the reference takes, and refuses."""
+"""What the oracle takes, and refuses."""
 
 import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError, Learning, Radio, Swarm
-from slcs2_jax.reference import inputs
+from tests.oracle import inputs
 
 
 def test_params_are_in_the_units_of_the_formulas():

@@ -1,4 +1,4 @@
-"""Worlds, rules and states for the tests of the reference."""
+"""Worlds, rules and states for the tests of the oracle."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Learning, Radio, Swarm
-from slcs2_jax.reference import inputs, model
+from tests.oracle import inputs, model
 
 COMPARISONS = tuple(range(5, 80))
 MAIN = (tuple(range(5)) + COMPARISONS, (*range(21), 22, *range(28, 57, 6)), (True, False, False))

@@ -1,4 +1,4 @@
-"""The reference compiled by Numba: the same functions, bound to each other's compiled versions.
+"""The oracle compiled by Numba: the same functions, bound to each other's compiled versions.
 
 Numba is needed for this module only. Without `fastmath` the outcomes are those of the plain functions.
 """
@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
-from slcs2_jax.reference import (
+from slcs2_jax.grammar import vocabulary
+from tests.oracle import (
     air,
     classifier,
     episode,
@@ -27,11 +28,12 @@ from slcs2_jax.reference import (
     reward,
     sensing,
     strength,
+    words,
 )
-from slcs2_jax.reference.episode import Outcome
-from slcs2_jax.reference.model import Params, Rules, Walls, World
+from tests.oracle.episode import Outcome
+from tests.oracle.model import Params, Rules, Walls, World
 
-MODULES = (randomness, geometry, model, radio, sensing, classifier, strength, air, motion, reward, episode)
+MODULES = (words, randomness, geometry, model, radio, sensing, classifier, strength, air, motion, reward, episode)
 ALLOCATING = ("new_state", "new_work", "outcome_of", "run_episode")
 # What may be relaxed without assuming that no infinity or NaN occurs.
 RELAXED = frozenset({"contract", "reassoc", "nsz", "arcp", "afn"})
@@ -39,7 +41,7 @@ RELAXED = frozenset({"contract", "reassoc", "nsz", "arcp", "afn"})
 
 def _digest(fastmath: bool) -> str:
     """Names a version of the compiled code: Numba's own cache watches one file at a time, and no options."""
-    paths = [Path(__file__), *(Path(inspect.getfile(module)) for module in MODULES)]
+    paths = [Path(__file__), *(Path(inspect.getfile(module)) for module in (*MODULES, vocabulary))]
     return hashlib.sha256(b"".join(path.read_bytes() for path in paths) + bytes([fastmath])).hexdigest()[:16]
 
 
@@ -62,7 +64,7 @@ def _compile(function: Any, space: dict[str, Any], digest: str, **options: Any) 
 
 @functools.cache
 def library(cache: bool = True, fastmath: bool = False) -> SimpleNamespace:
-    """Every function of the reference by name, compiled when first called; `cache` keeps the code between processes.
+    """Every function of the oracle by name, compiled when first called; `cache` keeps the code between processes.
 
     `_nrt=False` takes Numba's memory management out of the step: no allocation is possible, no reference is counted.
     """

@@ -1,4 +1,4 @@
-"""Links between nodes, the jammer and who hears whom (section 3 of the specification).
+"""Links between nodes, the jammer and who hears whom (docs/model.md, Radio).
 
 A link's power is computed where it is needed: for every pair in range of beacons, and for data and jammer towards all.
 It stays logarithmic as long as it is only compared. `world` gives the walls, (s1, s2) the step's stream of shadowing.
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from slcs2_jax.reference.geometry import crossings, distance, square_distance
-from slcs2_jax.reference.randomness import draw, normal
+from tests.oracle.geometry import crossings, distance, square_distance
+from tests.oracle.randomness import draw, normal
 
 
 def faded_power(u, v, square, nodes, params, s1, s2):

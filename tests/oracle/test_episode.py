@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary as words
-from slcs2_jax.reference import geometry, inputs, model
-from slcs2_jax.reference.classifier import NO_ACTION
-from slcs2_jax.reference.episode import finish, is_over, outcome_of, run_episode, step
+from tests.oracle import geometry, inputs, model
+from tests.oracle.episode import finish, is_over, outcome_of, run_episode, step
+from tests.oracle.words import NO_ACTION
 
 KINDS = [{}, {"urban": True}, {"jammed": True}, {"urban": True, "jammed": True}]
 
