@@ -12,7 +12,7 @@ from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
-    from slcs2_jax.study.arm import Cell
+    from slcs2_jax.results.arm import Cell
     from slcs2_jax.study.calibration import Estimate, Point
 
 FOLDER = "calibration"  # below run_dir
@@ -153,7 +153,7 @@ def _cell_of(split: Split) -> Cell:
 
 
 def _cell(settings: Settings) -> Cell:
-    from slcs2_jax.study.arm import cell_of
+    from slcs2_jax.results.arm import cell_of
 
     return cell_of(settings)
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from tabulate import tabulate
 
-from slcs2_jax.study.arm import arm_title
+from slcs2_jax.results.arm import OVERALL, arm_title
 from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.paper import printed_mean
-from slcs2_jax.study.statistics import Interval
+from slcs2_jax.study.statistics import Description, Interval
 from slcs2_jax.study.study import BEST, FRESH, METRICS, Study
 
 Row = tuple[object, ...]
@@ -27,14 +27,18 @@ class Table:
     header: tuple[str, ...]
     rows: tuple[Row, ...]
 
+    def printed(self) -> list[list[str]]:
+        """The rows as a person reads them."""
+        return [[_cell(value) for value in row] for row in self.rows]
+
     def markdown(self) -> str:
         """A pipe table under its title."""
-        rows = [[_cell(value) for value in row] for row in self.rows]
+        rows = self.printed()
         return f"**{self.title}**\n\n{tabulate(rows, self.header, tablefmt='pipe', disable_numparse=True)}\n"
 
     def latex(self) -> str:
         """A table with booktabs' rules, as wide as the text (graphicx), for \\input."""
-        rows = [[_cell(value) for value in row] for row in self.rows]
+        rows = self.printed()
         body = tabulate(rows, self.header, tablefmt="latex_booktabs", disable_numparse=True)
         title = self.title.replace("%", r"\%")
         wide = f"\\resizebox{{\\linewidth}}{{!}}{{%\n{body}%\n}}"
@@ -79,17 +83,19 @@ def runs_table(outcomes: Sequence[Outcome], root: Path) -> Table:
 def descriptions_table(study: Study) -> Table:
     """Every arm in every place, by both metrics, with what the paper prints."""
     header = (
-        "world", "arm", "n", "mean", "SD", "CI90", "BCa 90", "> -1", "> 0", "fresh n", "fresh mean", "fresh SD",
-        "fresh CI90", "paper",
+        "world", "arm", "best n", "best mean", "best SD", "best CI90", "best BCa 90", "best > 0", "fresh n",
+        "fresh mean", "fresh SD", "fresh CI90", "fresh > 0", "paper",
     )  # fmt: skip
     rows: list[Row] = []
     fresh = study.descriptions(FRESH)
     for (arm, place), one in study.descriptions(BEST).items():
         other = fresh.get((arm, place))
-        beside: Row = (0, None, None, None) if other is None else (other.count, other.mean, other.sd, other.interval)
+        beside: Row = (0, None, None, None, None)
+        if other is not None:
+            beside = (other.count, other.mean, other.sd, other.interval, other.successful)
         rows.append((
-            place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.delivering,
-            one.successful, *beside, printed_mean(study.name, arm, place.name),
+            place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.successful,
+            *beside, printed_mean(study.name, arm, place.name),
         ))  # fmt: skip
     return Table(f"{study.title}: fitness after {study.generations} generations", header, tuple(rows))
 
@@ -114,6 +120,30 @@ def comparisons_table(study: Study, metric: str) -> Table:
         ))  # fmt: skip
     title = f"{study.title}: {arm_title(study.reference)} less the other arm, {METRICS[metric]}"
     return Table(title, header, tuple(rows))
+
+
+def failures_table(study: Study) -> Table:
+    """In how many instances nothing is delivered, by both metrics; counted in the same way for every arm."""
+    rows: list[Row] = []
+    fresh = study.descriptions(FRESH)
+    for (arm, place), one in study.descriptions(BEST).items():
+        single = None if place.environment == OVERALL else study.failed_deployments(arm, place)
+        rows.append((
+            place.title, arm_title(arm), *_failed(one), *_failed(fresh.get((arm, place))), single,
+        ))  # fmt: skip
+    header = (
+        "world", "arm", "best n", "failed by best", "Wilson 90", "fresh n", "failed by fresh", "fresh Wilson 90",
+        "failed single deployments",
+    )  # fmt: skip
+    return Table(f"{study.title}: failures after {study.generations} generations", header, tuple(rows))
+
+
+def _failed(one: Description | None) -> Row:
+    """Instances, the share of them that deliver nothing, and its interval."""
+    if one is None:
+        return 0, None, None
+    low, high = one.delivering_interval
+    return one.count, 1 - one.delivering, Interval(1 - high, 1 - low)
 
 
 def _cell(value: object) -> str:
