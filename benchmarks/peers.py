@@ -42,7 +42,7 @@ class Peers:
         return cls(
             params=make_params(settings.radio, settings.swarm, settings.learning, settings.world.wall_thickness),
             worlds=[_world(job.scenario) for job in jobs],
-            rules=[make_rules(job.mask, job.action, used) for job in jobs],
+            rules=[make_rules(job.given.mask, job.given.action, used) for job in jobs],
             keys=np.array([job.key for job in jobs]),
             fastmath=fastmath,
         )

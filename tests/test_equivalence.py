@@ -19,7 +19,7 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings, World
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
-from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm.state import State
 from slcs2_jax.world.arena import stack
@@ -158,14 +158,13 @@ def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
 
 
 @jax.jit
-def fast_step(episode: Episode, parameters: Parameters) -> tuple[State, object, object]:
+def fast_step(episode: Episode, parameters: Parameters) -> tuple[State, object, tuple[jax.Array, jax.Array]]:
     """One step, and sharing where it is due."""
     stepped, moment = episodes.step(episode, parameters)
-    outcome = moment.outcome
     shared = knowledge.share(stepped.state)
     due = stepped.state.t % parameters.sharing_period == 0
     state = jax.tree.map(lambda a, b: jnp.where(due, a, b), shared, stepped.state)
-    return state, stepped.memory, outcome
+    return state, stepped.memory, (moment.outcome.intent.acts, moment.reward)
 
 
 def assert_close(
@@ -201,7 +200,7 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
     """One fast step from each state before must give the state after."""
     count = len(before)
     batch = to_batch(case, before, times)
-    state, memory, outcome = jax.device_get(fast_step(batch, case.parameters))
+    state, memory, (acted, reward) = jax.device_get(fast_step(batch, case.parameters))
     expected = jax.device_get(to_batch(case, after, [t + 1 for t in times]))
     want, learnt = expected.state, expected.memory
 
@@ -220,7 +219,6 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
         agree &= (a == b).reshape(-1, count).all(axis=0)
     assert agree.mean() >= 0.99, f"only {agree.mean():.2%} of steps have the same outcome"
 
-    acted = outcome.acts
     np.testing.assert_array_equal(acted[:, agree], (np.stack(actions, axis=-1) != 255)[:, agree])
     assert_close("x", state.node_x[:-3], want.node_x[:-3], agree, 2e-3, 0)
     assert_close("y", state.node_y[:-3], want.node_y[:-3], agree, 2e-3, 0)
@@ -231,7 +229,7 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
     assert_close("interference", state.interference[used], want.interference[used], agree, 0, 2e-3)
     assert_close("quality", memory.quality, learnt.quality, agree, 2e-3, 1e-3)
     assert_close("error", memory.error, learnt.error, agree, 2e-3, 1e-3)
-    assert_close("reward", np.where(acted, outcome.reward, 0), np.where(acted, learnt.reward, 0), agree, 2e-3, 1e-3)
+    assert_close("reward", np.where(acted, reward, 0), np.where(acted, learnt.reward, 0), agree, 2e-3, 1e-3)
 
 
 @pytest.mark.parametrize(("environment", "grammar"), [("open", "main"), ("urban_jammed", "both")])
@@ -265,12 +263,12 @@ def test_short_episodes_end_as_the_oracles(environment: str, grammar: str) -> No
     for b, case in enumerate(cases):
         outcome = compiled.run_episode(case.world, case.rules, case.params, *map(int, case.key))
         assert result.steps[b] == outcome.steps == limit
-        if not np.array_equal(result.usage[..., b].T, outcome.usage):
+        if not np.array_equal(result.figures.usage[..., b].T, outcome.usage):
             continue
         same += 1
         assert result.delivered[b] == outcome.delivered
         np.testing.assert_array_equal(result.contribution[:, b], outcome.contribution)
-        np.testing.assert_allclose(result.quality[..., b].T, outcome.quality, atol=5e-3)
-        np.testing.assert_allclose(result.error[..., b].T, outcome.error, atol=5e-3)
-        np.testing.assert_allclose(result.strength[..., b].T, outcome.strength, atol=5e-3)
+        np.testing.assert_allclose(result.figures.quality[..., b].T, outcome.quality, atol=5e-3)
+        np.testing.assert_allclose(result.figures.error[..., b].T, outcome.error, atol=5e-3)
+        np.testing.assert_allclose(result.figures.strength[..., b].T, outcome.strength, atol=5e-3)
     assert same >= count / 2

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from slcs2_jax.commands.looked_at import look_into, told_apart
+from slcs2_jax.config.door import present
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
@@ -27,14 +30,16 @@ FOLDER may hold experiments of the paper (slcs2 experiment), a sweep over any se
   deployment=0      which of the fresh deployments is replayed
   out=PATH          where to: of a RUN a file .html, of a FOLDER a folder. An earlier report there is replaced
   generations=N     of a FOLDER: compare after so many; without it, after as many as all runs of an experiment have
+  strict=off        on: exit code 3 if anything was passed over
 Of a folder, report.html compares all runs and links a page for each; report.md has everything in print: what differs
 between the runs, comparisons, how figures respond to each setting and to two together; runs.csv has a row for each
 run; there are a CSV for each table, tables.tex, figures as PNG and SVG, and verdicts.md and verdicts.json: each claim
 of the paper with what these runs say of it. Only instances and generations that all arms have are compared; what is
-missing is listed.
+missing is listed. Links to folders are not followed. Whatever is passed over is named, and why, on stderr.
 """
 PAGES = "runs"  # folder of the runs' pages, below the report's
-_DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None}
+_DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None, "strict": False}
+_PASSED_OVER = 3
 
 
 def run(arguments: list[str]) -> int:
@@ -50,15 +55,17 @@ def run(arguments: list[str]) -> int:
     from slcs2_jax.results.run_config import CONFIG
 
     folder = Path(folders[0])
-    if (folder / CONFIG).is_file():
-        _report_on_run(folder, options)
-        return 0
-    report = report_on(folders[0], options["out"], None if generations is None else int(generations))
-    _write_pages(folder, report, options)
-    return 0
+    passed: list[str] = []
+    if present(folder / CONFIG):
+        _report_on_run(folder, options, passed)
+    else:
+        count = None if generations is None else int(generations)
+        report = report_on(folders[0], options["out"], count, passed)
+        _write_pages(folder, report, options, passed)
+    return _PASSED_OVER if passed and options["strict"] else 0
 
 
-def _report_on_run(folder: Path, options: dict[str, Any]) -> None:
+def _report_on_run(folder: Path, options: dict[str, Any], passed: list[str]) -> None:
     from slcs2_jax.looking.document import is_page
     from slcs2_jax.looking.page import PAGE
     from slcs2_jax.looking.page_entries import chosen
@@ -68,17 +75,18 @@ def _report_on_run(folder: Path, options: dict[str, Any]) -> None:
     path = folder / PAGE if options["out"] is None else Path(options["out"])
     if path.suffix != ".html" or not path.parent.is_dir():
         raise refuse("out", str(path), "a file .html in a folder that exists")
-    if path.exists() and not (path.is_file() and is_page(path)):
+    if present(path) and not is_page(path):
         raise InputError(f"out={path}: exists and is no page of a run; accepted is a new file, or an earlier page")
     one = look_into(str(folder))
-    _write_run(path, one, chosen([one], options["replays"]), options["deployment"])
-    print(f"page {path}", flush=True)
+    _write_run(path, one, chosen([one], options["replays"]), options["deployment"], passed)
+    print(f"page {terminal(str(path))}", flush=True)
 
 
-def _write_pages(folder: Path, report: Report, options: dict[str, Any]) -> None:
+def _write_pages(folder: Path, report: Report, options: dict[str, Any], passed: list[str]) -> None:
     """The page of all runs, and one for each run of evolution, which it links."""
     from slcs2_jax.looking.page import PAGE
     from slcs2_jax.looking.page_entries import chosen, runs_of_evolution
+    from slcs2_jax.results.files import make_folder
     from slcs2_jax.study.page import write_study_page
 
     _remove_pages(report.folder / PAGES)
@@ -87,24 +95,30 @@ def _write_pages(folder: Path, report: Report, options: dict[str, Any]) -> None:
     pages = {}
     for run in runs:
         address = (Path(PAGES) / (run.path.relative_to(folder).as_posix() + ".html")).as_posix()
-        _write_run(report.folder / address, run, replayed, options["deployment"])
+        path = report.folder / address
+        for folder_above in reversed(path.relative_to(report.folder).parents[:-1]):
+            make_folder(report.folder / folder_above, inside=report.folder)
+        _write_run(path, run, replayed, options["deployment"], passed)
         for instance in range(run.settings.instances):
             pages[run.path, instance] = (quote(address), (run.path, instance) in replayed)
     write_study_page(report.folder / PAGE, f"Runs in {folder.resolve().name}", report, pages)
-    print(f"page {report.folder / PAGE}", flush=True)
+    print(f"page {terminal(str(report.folder / PAGE))}", flush=True)
 
 
-def _write_run(path: Path, run: FinishedRun, replayed: list[tuple[Path, int]], deployment: int) -> None:
+def _write_run(
+    path: Path, run: FinishedRun, replayed: list[tuple[Path, int]], deployment: int, passed: list[str]
+) -> None:
+    """Write the page, and say what was passed over."""
     from slcs2_jax.looking.page import write_page
     from slcs2_jax.looking.page_entries import entries
-    from slcs2_jax.results.files import storing
     from slcs2_jax.results.progress import counting
 
-    with storing(path.parent, "made"):
-        path.parent.mkdir(parents=True, exist_ok=True)
+    unread: list[str] = []
     with counting("replay: time-step") as count:
-        shown = entries(run, replayed=replayed, deployment=deployment, after_chunk=count)
+        shown = entries(run, replayed=replayed, deployment=deployment, after_chunk=count, passed=unread)
         write_page(path, f"Run {run.path.resolve().name}", shown)
+    print_passed(unread)
+    passed += unread
 
 
 def _remove_pages(folder: Path) -> None:
@@ -112,19 +126,32 @@ def _remove_pages(folder: Path) -> None:
     from slcs2_jax.looking.document import is_page
 
     for path in sorted(folder.rglob("*.html")):
-        if path.is_file() and is_page(path):
+        if is_page(path):
             path.unlink()
 
 
-def report_on(folder: str, out: str | None = None, generations: int | None = None) -> Report:
-    """Write tables, figures and verdicts; print where they are, what is missing, and the verdicts."""
+def print_passed(passed: Sequence[str]) -> None:
+    """Say on stderr what was passed over, and why."""
+    for line in passed:
+        print(f"passed over: {terminal(line)}", file=sys.stderr)
+
+
+def report_on(
+    folder: str, out: str | None = None, generations: int | None = None, passed: list[str] | None = None
+) -> Report:
+    """Write tables, figures and verdicts; print where they are, what is missing, and the verdicts.
+
+    `passed` gets a line for each folder that was passed over; they are printed, too.
+    """
     try:
         from slcs2_jax.study.report import write_report
     except ImportError as error:
         raise InputError(
             f"report: {error.name} is not installed; accepted is an installation with slcs2_jax[analysis]"
         ) from None
-    report = write_report(folder, out, generations)
+    passed = [] if passed is None else passed
+    report = write_report(folder, out, generations, passed)
+    print_passed(passed)
     print_report(report)
     return report
 
@@ -134,9 +161,9 @@ def print_report(report: Report) -> None:
     from slcs2_jax.study.study import BEST, FRESH
 
     for study in report.studies:
-        print(f"{study.title}: after {study.generations} generations")
+        print(f"{terminal(study.title)}: after {study.generations} generations")
         for line in _first(study.missing, 8):
-            print(f"  missing: {line}")
+            print(f"  missing: {terminal(line)}")
     told: dict[str, dict[str, str]] = {}
     for finding in report.findings:
         if finding.evidence[0].count:
@@ -145,7 +172,7 @@ def print_report(report: Report) -> None:
         print(f"{'by best fitness':>18} {'by fresh means':>18}")
     for says, verdicts in told.items():
         print(f"{verdicts.get(BEST, '-'):>18} {verdicts.get(FRESH, '-'):>18}  {says}")
-    print(f"report {Path(report.folder) / 'report.md'}", flush=True)
+    print(f"report {terminal(str(Path(report.folder) / 'report.md'))}", flush=True)
 
 
 def _first(lines: Sequence[str], count: int) -> list[str]:

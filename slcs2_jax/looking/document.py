@@ -14,11 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax import __version__
+from slcs2_jax.config import InputError
+from slcs2_jax.config.door import reading
 from slcs2_jax.results.files import storing
 
 MARK = '<meta name="generator" content="slcs2_jax report">'  # by which an earlier page is known as ours
 
 _ASSETS = resources.files("slcs2_jax.looking") / "page_assets"
+_LARGEST = 2**40  # bytes of an earlier page; its head alone is read
 _VENDOR = _ASSETS / "vendor"
 _COMMON = ("common.js", "svg.js", "plot.js")
 _PLACE = re.compile(r"@@(\w+)@@")
@@ -70,9 +73,12 @@ def document(title: str, template: Traversable, programs: Sequence[Traversable],
 
 
 def is_page(path: Path) -> bool:
-    """Is this file a page that was made here? Raises StorageError."""
-    with storing(path, "read"), path.open("rb") as file:
-        return MARK.encode() in file.read(1000)
+    """Is this a file with a page that was made here? Raises StorageError."""
+    try:
+        with storing(path, "read"), reading(path, _LARGEST) as file:
+            return MARK.encode() in file.read(1000)
+    except InputError:  # a link, a folder, a device
+        return False
 
 
 def _text(file: Traversable) -> str:

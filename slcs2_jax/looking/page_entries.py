@@ -9,15 +9,15 @@ from slcs2_jax.config import InputError
 from slcs2_jax.looking.page_data import Shown, by_rank
 from slcs2_jax.looking.solutions import best_of, replay
 from slcs2_jax.results import FinishedRun, read_run
-from slcs2_jax.results.run_config import CONFIG, read_config
+from slcs2_jax.results.run_config import read_config
+from slcs2_jax.results.run_folder import folders_with_config
 
 Instance = tuple[Path, int]  # a run's folder and the number of one of its instances
 
 
 def runs_of_evolution(folder: Path) -> list[FinishedRun]:
     """The runs of evolution in a folder and below it, finished or not. Raises InputError if one is damaged."""
-    places = [config.parent for config in sorted(folder.rglob(CONFIG))]
-    return [read_run(place) for place in places if read_config(place).evolves]
+    return [read_run(place) for place in folders_with_config(folder) if read_config(place).evolves]
 
 
 def chosen(runs: list[FinishedRun], replays: int) -> list[Instance]:
@@ -31,6 +31,7 @@ def entries(
     replayed: Collection[Instance],
     deployment: int,
     after_chunk: Callable[[int], None] = lambda steps: None,
+    passed: list[str] | None = None,
 ) -> Iterator[Shown]:
     """Every instance of a run, the best one first.
 
@@ -39,6 +40,7 @@ def entries(
         replayed: instances that get a replay and their rules.
         deployment: which is replayed.
         after_chunk: told now and then how many steps of a replay were computed.
+        passed: gets a line for each solution that should be shown and cannot be read.
     """
     for _, instance in by_rank([run]):
         if (run.path, instance) not in replayed:
@@ -48,6 +50,8 @@ def entries(
         try:
             solution = best_of(run, instance)
         except InputError as error:
+            if passed is not None:
+                passed.append(str(error))
             yield Shown(run=run, instance=instance, note=f"No solution to show: {error}")
             continue
         recording = replay(solution, deployment=deployment, after_chunk=after_chunk)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from slcs2_jax.config import InputError
 from slcs2_jax.config.field import show
-from slcs2_jax.results.files import write_text
+from slcs2_jax.results.files import make_folder, write_text
 from slcs2_jax.study.claim import Finding, judge, load_claims
 from slcs2_jax.study.collect import Outcome, collect
 from slcs2_jax.study.experiment import reported_experiments
@@ -43,22 +43,30 @@ class Report:
     findings: tuple[Finding, ...]
 
 
-def write_report(folder: str | Path, out: str | Path | None = None, generations: int | None = None) -> Report:
+def write_report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    generations: int | None = None,
+    passed: list[str] | None = None,
+) -> Report:
     """Write the report on all runs in a folder and below it; an older report there is replaced.
 
     Args:
         folder: of an experiment or a sweep, or any with runs in it.
         out: where to; by default `report` in the folder.
         generations: compare after so many; by default the most that all runs of an experiment share.
+        passed: gets a line for each folder that was passed over, and why.
 
     Raises:
         InputError: no runs, or a place that cannot be written to.
     """
-    outcomes = collect(folder)
+    outcomes = collect(folder, passed)
     found = studies(outcomes, reported_experiments(), generations)
     findings = judge(load_claims(), found, BEST) + judge(load_claims(), found, FRESH)
     place = Path(folder) / REPORT if out is None else Path(out)
     try:
+        if out is None:
+            make_folder(place, inside=Path(folder))
         place.mkdir(parents=True, exist_ok=True)
         for path in place.iterdir():
             if path.stem.endswith(_OF_REPORTS.get(path.suffix, ())):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from slcs2_jax.config import escape
 from slcs2_jax.results.arm import CELLS, arm_title, ordered
 from slcs2_jax.results.progress import duration
 from slcs2_jax.study.claim import Finding
@@ -48,10 +49,10 @@ def report_text(
         findings: the verdicts by both metrics.
         drawn: of each study by name, the figures that were written beside the text.
     """
-    parts = ["# Report", _provenance(outcomes), "## What differs", agreement(outcomes, list(tables))]
+    parts = ["# Report", _provenance(outcomes), "## What differs", escape.markdown(agreement(outcomes, list(tables)))]
     parts += [table.markdown() for table in difference_tables(outcomes, list(tables))]
     for study, printed in tables.items():
-        parts += [f"## {study.title}", _state(study)]
+        parts += [f"## {escape.markdown(study.title)}", _state(study)]
         parts += [f"![{path.stem}]({path.name})" for path in drawn.get(study.name, []) if path.suffix == ".png"]
         parts += [table.markdown() for table in printed]
         parts += [_SWEEP_NOTES] if study.factors else []
@@ -89,7 +90,7 @@ def state_line(study: Study) -> str:
 
 
 def _state(study: Study) -> str:
-    missing = ["", "Missing:", "", *(f"- {line}" for line in study.missing)] if study.missing else []
+    missing = ["", "Missing:", "", *(f"- {escape.markdown(line)}" for line in study.missing)] if study.missing else []
     return "\n".join([state_line(study), *missing])
 
 
@@ -109,8 +110,9 @@ def _provenance(outcomes: Sequence[Outcome]) -> str:
     devices = sorted({str(one.record.get("device", "unknown")) for one in outcomes})
     versions = sorted({_versions(one.record) for one in outcomes})
     commands = sorted({_command(one.record) for one in outcomes})
-    lines += [f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}.", "", "Commands:", ""]
-    return "\n".join([*lines, *(f"- `{command}`" for command in commands)])
+    made = f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}."
+    lines += [escape.markdown(made), "", "Commands:", ""]
+    return "\n".join([*lines, *(f"- {escape.markdown_code(command)}" for command in commands)])
 
 
 def _command(record: Any) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import PAPER
 from tests.oracle import air, radio, sensing, words
 from tests.oracle.words import NO_ACTION
 
@@ -14,11 +15,11 @@ SO, SI, C, SOURCE, SINK = range(5)
 
 
 def send(target, channel=0, power=FULL):
-    return vocabulary.send_action(target, channel, power)
+    return PAPER.send_action(target, channel, power)
 
 
 def collect(channel=0, power=FULL):
-    return vocabulary.collect_action(channel, power)
+    return PAPER.collect_action(channel, power)
 
 
 def gain(apart):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary as words
+from slcs2_jax.grammar.vocabulary import PAPER
 from tests.oracle import geometry, inputs, model
 from tests.oracle.episode import finish, is_over, outcome_of, run_episode, step
 from tests.oracle.words import NO_ACTION
@@ -102,7 +103,7 @@ def courier(time_limit=400):
     mask[:, 0, 0] = clauses["none"] | clauses["reach"]  # no packet held & node in reach => collect
     mask[:, 1, 0] = clauses["held"] | clauses["reach"]  # packet held & node in reach => send to sink
     mask[:, 2, 0] = clauses["none"] | 16  # no packet & no node in reach => move toward source
-    actions = [words.collect_action(), words.send_action(words.SINK), words.move_action(words.TOWARD, words.SOURCE)]
+    actions = [PAPER.collect_action(), PAPER.send_action(words.SINK), PAPER.move_action(words.TOWARD, words.SOURCE)]
     rules = inputs.make_rules(mask, np.array([actions] * 2), (True, False, False))
     return inputs.make_world(start=[(50, 0), (60, 20)], sink=(100, 0), time_limit=time_limit), rules
 

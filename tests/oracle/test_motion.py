@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import PAPER
 from tests.oracle import motion
 from tests.oracle.words import NO_ACTION
 
@@ -55,7 +56,7 @@ def move(case, *actions):
 
 
 def act(direction, target):
-    return vocabulary.move_action(direction, target)
+    return PAPER.move_action(direction, target)
 
 
 STAY = NO_ACTION

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import PAPER
 from tests.oracle import reward
 from tests.oracle.words import NO_ACTION
 
-MOVE, COLLECT = 0, vocabulary.collect_action(0, vocabulary.FULL)
+MOVE, COLLECT = 0, PAPER.collect_action(0, vocabulary.FULL)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import PAPER
 from tests.oracle import inputs, sensing
 
 
@@ -119,13 +119,13 @@ def test_every_clause_by_its_definition(params, seed):
     held, reach = rng.integers(0, 2, 2)
     noise = rng.choice([params.receive, params.receive * 1.01], 3)
     expected = {1 if held else 2, 3 if reach else 4}
-    expected |= {vocabulary.noise_clause(k) for k in range(3) if noise[k] <= params.receive}
+    expected |= {PAPER.noise_clause(k) for k in range(3) if noise[k] <= params.receive}
     right_hand = apart[[0, 1, 2, 5, 6, 7]]
     for left, x in enumerate(apart[:5]):
         for right, y in enumerate(right_hand):
             holds = (x < y, x > y, abs(x - y) <= max(params.speed, params.tolerance * y))
             if x >= 0 and y >= 0:
-                expected |= {vocabulary.distance_clause(left, op, right) for op in range(3) if holds[op]}
+                expected |= {PAPER.distance_clause(left, op, right) for op in range(3) if holds[op]}
     assert truth(params, apart, held, reach, noise) == expected
 
 
@@ -135,8 +135,8 @@ def test_undefined_operands_make_clauses_false(params):
 
 
 def test_equality_holds_within_a_step_or_two_percent(params):
-    equal = vocabulary.distance_clause(4, 2, 3)  # source = threshold
-    less = vocabulary.distance_clause(4, 0, 3)
+    equal = PAPER.distance_clause(4, 2, 3)  # source = threshold
+    less = PAPER.distance_clause(4, 0, 3)
     for source, threshold, holds in ((48, 50, True), (47.9, 50, False), (196, 200, True), (195.9, 200, False)):
         clauses = truth(params, [-1, -1, -1, 0, source, threshold, -1, -1])
         assert (equal in clauses) == holds
