@@ -21,12 +21,12 @@ def differences_table(outcomes: Sequence[Outcome], factors: Sequence[Factor]) ->
     rows: list[Row] = []
     for factor in factors:
         counts = Counter(own[factor.name] for own in held)
-        values = ", ".join(f"{show(value)} ({counts[value]})" for value in factor.values)
+        values = ", ".join(f"{counts[value]} at {show(value)}" for value in factor.values)
         bases = sorted({show(value) for value in factor.base.values()})
         rows.append((factor.name, values, factor.unit or None, ", ".join(bases), show(factor.default), factor.help))
     return Table(
         "Settings that differ, and the instances with each value",
-        ("setting", "values (instances)", "unit", "compared with", "default", "meaning"),
+        ("setting", "instances", "unit", "compared with", "default", "meaning"),
         tuple(rows),
     )
 
@@ -41,7 +41,7 @@ def shared_table(outcomes: Sequence[Outcome]) -> Table:
 def responses_table(study: Study, metric: str) -> Table:
     """A row for each value of each factor, with its effect against the base."""
     header = (
-        "world", "algorithm", "setting", "value", "n", "mean", "SD", "CI90", "BCa 90", "> -1", "> 0",
+        "world", "algorithm", "setting", "value", "base", "n", "mean", "SD", "CI90", "BCa 90", "> -1", "> 0",
         "less the base", "BCa 90 of that", "Mann-Whitney p", "Holm p", "A12", "A12 CI90",
     )  # fmt: skip
     rows: list[Row] = []
@@ -54,9 +54,9 @@ def responses_table(study: Study, metric: str) -> Table:
                     effect.difference, effect.bootstrap, effect.p_mann_whitney, effect.p_holm, effect.a12,
                     effect.a12_interval,
                 )  # fmt: skip
-            base = " (base)" if level.value == one.base else ""
             rows.append((
-                one.place.title, arm_title(one.algorithm), one.factor.name, show(level.value) + base, told.count,
+                one.place.title, arm_title(one.algorithm), one.factor.name, show(level.value),
+                "base" if level.value == one.base else "", told.count,
                 told.mean, told.sd, told.interval, told.bootstrap, told.delivering, told.successful, *beside,
             ))  # fmt: skip
     return Table(f"{study.title}: response to each setting alone, {METRICS[metric]}", header, tuple(rows))
