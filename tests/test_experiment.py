@@ -66,11 +66,11 @@ class Driver(types.ModuleType):
 
 @pytest.fixture
 def driver(monkeypatch, tmp_path):
-    import slcs2_jax.evolution
+    import slcs2_jax.running
 
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
-    monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
+    monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
     deployed = types.ModuleType("slcs2_jax.running.deployed")
     deployed.deploy_list = stub.deploy_list  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
@@ -271,6 +271,8 @@ def test_an_experiment_of_ones_own(driver, silent, tmp_path):
         (["contributions", "environment=mars"], "environment=mars: accepted is one of"),
         (["contributions", "instances=0"], "instances=0: accepted is a whole number from 1"),
         (["contributions", "cells=[open_short]"], "'?cells'?"),
+        (["contributions", "experiment.arm={mine: {}}"], "setting=experiment.arm: accepted is one of experiment.name"),
+        (["calibration", "calibration.level={seed: [1]}"], "setting=calibration.level: accepted is one of calibration"),
         (["contributions", "hydra/launcher=cloud"], "hydra/launcher=cloud: accepted is one of"),
         (["contributions", "experiment=designed"], "experiment: given twice"),
         (["contributions", "--all"], "option=--all"),

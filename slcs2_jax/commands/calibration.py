@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
-from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
 FOLDER = "calibration"  # below run_dir
 BEHAVIOUR = "designed"
 
+_NODE = ("deployments", "samples", "only", "candidates", "levels", "joint")
+
 Split = tuple[dict[str, Any], dict[str, Any]]  # a cell's settings, and what is the experiment's own
 
 
@@ -27,6 +28,9 @@ def tried(config: Mapping[str, Any], node: Mapping[str, Any]) -> list[Point]:
     from slcs2_jax.study.calibration import points
     from slcs2_jax.study.experiment import settings_with
 
+    unknown = sorted(set(node) - set(_NODE))
+    if unknown:
+        raise refuse("setting", f"calibration.{unknown[0]}", "one of calibration." + ", calibration.".join(_NODE))
     levels, joint, only = dict(node["levels"]), dict(node["joint"]), node["only"]
     if only is not None:
         if not isinstance(only, list) or not set(only) <= set(levels):

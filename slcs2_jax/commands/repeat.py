@@ -29,14 +29,14 @@ Settings, grammar, batch width and seeds are those that FOLDER records.
   compute.devices=N     how many devices are used now; their number changes no bit
 Exit code: 0 every file of the results is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
 """
-_ACCEPTED = ("into", "compute.devices", "compute.cache")
+OPTIONS = ("into", "compute.devices", "compute.cache")
 _NOT_MATCHED = 3
 _LARGEST = 2**50  # bytes of a file that is compared; no more of it is read than the repeated one has
 
 
 def run(arguments: list[str]) -> int:
     """Repeat what the folder records."""
-    name, changes = folder_and_changes("repeat", arguments, _ACCEPTED)
+    name, changes = folder_and_changes("repeat", arguments, OPTIONS)
     from slcs2_jax.results.run_config import read_config
     from slcs2_jax.results.run_folder import check_free, read_grammar
 

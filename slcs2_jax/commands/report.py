@@ -39,6 +39,7 @@ missing is listed. Links to folders are not followed. Whatever is passed over is
 """
 PAGES = "runs"  # folder of the runs' pages, below the report's
 _DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None, "strict": False}
+OPTIONS = tuple(_DEFAULTS)
 _PASSED_OVER = 3
 
 

@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.errors import InputError, refuse
 
 LARGEST = 2**18  # bytes of a world's file, some thousands of walls
 SUFFIXES = (".yaml", ".yml")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import show
+from slcs2_jax.config.errors import InputError, show
 
 MOST_BYTES = 2**20
 _DEEPEST = 24
@@ -40,5 +39,5 @@ def _check(yaml: Any, events: Any) -> None:
                 raise InputError(f"line {event.start_mark.line + 1}: nested deeper than {_DEEPEST}")
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
-        elif isinstance(event, yaml.ScalarEvent) and event.style is None and _DIGITS.match(event.value):
+        elif isinstance(event, yaml.ScalarEvent) and _DIGITS.match(event.value):
             raise InputError(f"line {event.start_mark.line + 1}: a number of {len(event.value)} letters")

@@ -109,6 +109,7 @@ def replay(
     *,
     seed: int | None = None,
     deployment: int = 0,
+    steps: int | None = None,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """A fresh deployment of a solution, recorded.
@@ -118,6 +119,7 @@ def replay(
         settings: those of the world; by default those it evolved with.
         seed: of the scenario; by default that of the instance it evolved in.
         deployment: which; the winner's fresh figures are means over the first `search.fresh_deployments` of these.
+        steps: how many are needed of the episode; None: all.
         after_chunk: told now and then how many steps were computed.
 
     Raises:
@@ -130,7 +132,7 @@ def replay(
     scenario = make_scenario(settings, solution.instance_seed if seed is None else seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
-    return record(settings, scenario, bind_rules(solution.rules, grammar), key, after_chunk=after_chunk)
+    return record(settings, scenario, bind_rules(solution.rules, grammar), key, steps=steps, after_chunk=after_chunk)
 
 
 def replay_list(
@@ -139,10 +141,12 @@ def replay_list(
     *,
     seed: int,
     deployment: int = 0,
+    steps: int | None = None,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """A deployment of a decision list, recorded; arguments as `replay` has them."""
     scenario = make_scenario(settings, seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
-    return record(settings, scenario, bind_list(decisions, settings.swarm.agents), key, after_chunk=after_chunk)
+    deployed = bind_list(decisions, settings.swarm.agents)
+    return record(settings, scenario, deployed, key, steps=steps, after_chunk=after_chunk)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from slcs2_jax.config import Settings
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 
 
@@ -83,7 +84,7 @@ def arm_at(arm: str, changes: str) -> str:
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
     arm, at, changes = name.partition(_AT)
-    return _TITLES.get(arm, arm.replace("_", " ")) + at + changes
+    return _TITLES.get(arm, terminal(arm.replace("_", " "))) + at + changes
 
 
 def ordered(names: Iterable[str]) -> list[str]:

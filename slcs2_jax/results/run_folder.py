@@ -14,7 +14,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.grammar.source import MAX_BYTES
@@ -113,7 +113,7 @@ class RunFolder:
         folder = check_free(settings.run_dir)
         with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
-        config = RunConfig(settings, new_record(kind, device, record or {}))
+        config = RunConfig(settings, new_record(kind, device, {**(record or {}), **plugins.recorded(settings.plugins)}))
         write_world(folder, settings)
         write_config(folder, config)
         return cls(folder, config)
@@ -141,7 +141,7 @@ class RunFolder:
             if found is None:
                 data = grammar_text().encode("utf-8", "surrogatepass")
                 write_whole(folder / GRAMMAR, lambda file: file.write(data))
-                more = {**record, "grammar_crc": _crc(data)}
+                more = {**record, "grammar_crc": _crc(data), **plugins.recorded(settings.plugins)}
                 found = RunConfig(settings, new_record("evolve", device, more))
                 write_world(folder, settings)
                 write_config(folder, found)

@@ -8,11 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import check_below, folders_below, name_inside, present, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_config import CONFIG, check_same, check_writable, read_config
 from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
 
@@ -54,7 +55,7 @@ def runs_below(root: str | Path, passed: list[str] | None = None) -> tuple[list[
     found: dict[Path, Settings] = {}
     others = 0
     folders = list(folders_below(top, passed))
-    for folder in folders:
+    for folder in counted(folders, "folders looked into:"):
         if not _is_run(folder):
             continue
         config = read_config(folder)
@@ -90,6 +91,8 @@ def _settings(plain: Any, file: Path) -> Settings:
     try:
         with telling_damage():
             return settings_from(plain)
+    except plugins.PluginError as error:
+        raise plugins.PluginError(f"{file}: {error}") from None
     except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
 

@@ -6,13 +6,16 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
+from slcs2_jax import runtime
 from slcs2_jax.config import Settings
 from slcs2_jax.policy.decision_list import DecisionList
 from slcs2_jax.policy.first_match import FirstMatch
 from slcs2_jax.results import Quiet, Report
-from slcs2_jax.running.batches import make_batches
+from slcs2_jax.results.progress import counted
+from slcs2_jax.running.batches import make_batches, slots_per_device
 from slcs2_jax.running.driver import batch_key
 from slcs2_jax.running.instance import Measurement, Site
+from slcs2_jax.running.memory import check_memory, measurement_bytes
 from slcs2_jax.running.schedule import play
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.swarm.task import task_of
@@ -33,6 +36,10 @@ def deploy_list(
     report = report or Quiet()
     size = len(decisions.rules)
     sized = [dataclasses.replace(one, rules=dataclasses.replace(one.rules, rules=size)) for one in settings]
+    for one in sized:
+        devices = runtime.devices(one.compute)
+        slots = slots_per_device(one, one.instances * deployments) * len(devices)
+        check_memory(one, sum(measurement_bytes(each, deployments) for each in sized), slots, devices)
     tasks = [_tasks(one, decisions, deployments) for one in sized]
     every = [task for own in tasks for task in own]
 
@@ -56,6 +63,7 @@ def deploy_list(
 def _tasks(settings: Settings, decisions: DecisionList, deployments: int) -> list[Measurement]:
     rules = decisions.rule_sets(settings.swarm.agents)
     task = task_of(settings)
-    scenarios = [make_scenario(settings, settings.seed + instance) for instance in range(settings.instances)]
+    seeds = range(settings.seed, settings.seed + settings.instances)
+    scenarios = [make_scenario(settings, seed) for seed in counted(seeds, "worlds made:")]
     sites = [Site(scenario, decisions.channels_used, settings.swarm.packets, task) for scenario in scenarios]
     return [Measurement(site, rules, deployments) for site in sites]

@@ -21,12 +21,13 @@ from slcs2_jax.policy.decision_list import DecisionList
 from slcs2_jax.policy.first_match import FirstMatch
 from slcs2_jax.policy.policy import Policy
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, SavedSolution, ScenarioSummary
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import ended
 from slcs2_jax.results.run_folder import check_usable
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.batches import make_batches, slots_per_device
 from slcs2_jax.running.instance import Measurement, Site
-from slcs2_jax.running.memory import check_memory, measurement_bytes, search_bytes
+from slcs2_jax.running.memory import check_memory, check_rows, measurement_bytes, search_bytes
 from slcs2_jax.running.run import MakeSearch, Run, prepare
 from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
@@ -70,6 +71,8 @@ def evolve(
     members: dict[int, Run] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:
         batches = _batches(settings, widths)
+        for place in widths:
+            check_rows(settings[place])
         for width, places in batches:
             first = settings[places[0]]
             devices = runtime.devices(first.compute)
@@ -221,7 +224,7 @@ def _measure(
     devices = runtime.devices(settings.compute)
     width = slots_per_device(settings, settings.instances * deployments)
     check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
-    sites = [_site(settings, said, instance) for instance in range(settings.instances)]
+    sites = [_site(settings, said, instance) for instance in counted(range(settings.instances), "worlds made:")]
     tasks = [Measurement(site, rules, deployments) for site in sites]
     batches = make_batches(settings, [said], tasks, width=width, policy=policy)
     start = time.perf_counter()

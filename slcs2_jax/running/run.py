@@ -16,6 +16,7 @@ from slcs2_jax.config.door import telling_damage
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.looking.solutions import as_saved
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import read_timing
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.instance import Instance, Site
@@ -197,7 +198,7 @@ def _check_search(folder: RunFolder, make_search: MakeSearch) -> None:
 
 def _runs(settings: Settings, grammar: Grammar, folder: RunFolder | None, make_search: MakeSearch) -> list[Instance]:
     runs = []
-    for instance in range(settings.instances):
+    for instance in counted(range(settings.instances), "worlds made:"):
         scenario = make_scenario(settings, settings.seed + instance)
         search = make_search(
             settings.search,

@@ -85,6 +85,10 @@ def test_only_what_can_be_said_is_computed(extended):
     assert language.own_clauses == (NEW_CLAUSES,)
     assert language.own_actions == (NEW_ACTIONS + 2, NEW_ACTIONS + 4)
     assert (language.words, language.vocabulary) == (NEW_CLAUSES // 32 + 1, extended)
+    first = parse_decision_list("packet held => move toward middle", vocabulary=extended)
+    last_of_the_papers = parse_decision_list("packet held => send to sink on 11", vocabulary=extended)
+    assert Language.of([first]).own_actions == (NEW_ACTIONS,)
+    assert Language.of([last_of_the_papers]).own_actions == ()
 
 
 def test_a_batch_says_what_any_of_it_says(extended):
