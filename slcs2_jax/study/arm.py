@@ -46,7 +46,8 @@ _TITLES = {
     "both": "grammar both",
 }
 # The settings in which arms may differ. Runs that are compared agree in all others.
-COMPARED = ("acceptance", "exchange", "grammar")
+_PARTS = ("search.name", "search.parent", "search.variation", "search.homogeneous")
+COMPARED = ("acceptance", "exchange", "grammar", *_PARTS)
 
 
 def cell_of(settings: Settings) -> Cell:
