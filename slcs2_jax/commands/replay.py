@@ -1,4 +1,4 @@
-"""slcs2 replay: an episode as an animation, or a span of it as a picture."""
+"""slcs2 replay: an episode as an animation, a span of it as a picture, or all of it as a table."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ environment, range, seed, ...
   every=auto          time-steps from frame to frame; auto: so that there are about 300 frames
   fps=20              frames per second
   out=FILE            a new file: .gif or .mp4 of an animation; .png, .svg or .pdf of the others. Without it,
-                      replay.gif, layout.png or paths.png
+                      replay.gif, layout.png or paths.png. With .csv or .parquet, a table instead of a picture: who was
+                      where at each time-step, sent a packet to whom, with what fate, by which rule
 """
 _DEFAULTS: dict[str, Any] = {
     "instance": 0,
@@ -58,6 +59,7 @@ _DEFAULTS: dict[str, Any] = {
     "out": None,
 }
 OPTIONS = tuple(_DEFAULTS)
+_TABLES = (".csv", ".parquet")
 _FRAMES = 300
 _MOST_FRAMES = 5000
 _MOST_FPS = 100
@@ -90,7 +92,15 @@ def run(arguments: list[str]) -> int:
 
 
 def _output(said: str | None, picture: str) -> Path:
-    """Where the picture goes; refuses a format that cannot be written before anything is computed."""
+    """Where the picture or table goes; refuses a format that cannot be written before anything is computed."""
+    if said is not None and Path(said).suffix in _TABLES:
+        table = new_file(said)
+        assert table is not None
+        if table.suffix == ".parquet":
+            from slcs2_jax.looking.trace import parquet_writer
+
+            parquet_writer()
+        return table
     try:
         from slcs2_jax.looking import animation, drawing
     except ImportError as error:
@@ -101,7 +111,8 @@ def _output(said: str | None, picture: str) -> Path:
     assert path is not None
     suffixes = animation.SUFFIXES if picture == "animation" else drawing.SUFFIXES
     if path.suffix not in suffixes:
-        raise refuse("out", str(path), f"a file whose name ends in {' or '.join(suffixes)} for picture={picture}")
+        ends = " or ".join((*suffixes, *_TABLES))
+        raise refuse("out", str(path), f"a file whose name ends in {ends} for picture={picture}")
     if path.suffix == ".mp4":
         animation.find_encoder()
     return path
@@ -165,6 +176,12 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
     start = options["start"]
     if not start < end <= steps:
         raise InputError(f"start={start} end={end}: accepted are 0 <= start < end <= {steps}, the steps of the episode")
+    if out.suffix in _TABLES:
+        from slcs2_jax.looking.trace import write_trace
+
+        rows = write_trace(out, recordings, titles, start=start, end=end)
+        print(f"table {terminal(str(out))}: {rows} rows", flush=True)
+        return
     field = None if options["field"] == "none" else options["field"]
     if options["picture"] != "animation":
         from slcs2_jax.looking.drawing import own_style, write_figure

@@ -11,7 +11,7 @@ import pytest
 
 from slcs2_jax.config import Settings, World
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary
-from slcs2_jax.study.arm import cell_named
+from slcs2_jax.results.arm import cell_named
 from slcs2_jax.study.experiment import run_folder, settings_with
 
 ARMS: dict[str, dict[str, Any]] = {

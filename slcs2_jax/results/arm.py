@@ -45,9 +45,12 @@ _TITLES = {
     "power": "grammar power",
     "both": "grammar both",
 }
-# The settings in which arms may differ. Runs that are compared agree in all others.
-_PARTS = ("search.name", "search.parent", "search.variation", "search.homogeneous")
-COMPARED = ("acceptance", "exchange", "grammar", *_PARTS)
+# The settings that tell arms apart, and those that tell worlds apart.
+ALGORITHM = (
+    "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
+)  # fmt: skip
+WORLD = ("environment", "range")
+_AT = " at "  # between an arm and the settings in which it differs from the rest of its study
 
 
 def cell_of(settings: Settings) -> Cell:
@@ -81,12 +84,23 @@ def arm_of(settings: Settings, controller: str | None = None) -> str:
     return "_".join(parts) or PLAIN
 
 
+def arm_at(arm: str, changes: str) -> str:
+    """The name of an arm with other settings than the rest of its study: `slcs2 at swarm.speed=4`."""
+    return f"{arm}{_AT}{changes}" if changes else arm
+
+
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
-    return _TITLES.get(name, terminal(name.replace("_", " ")))
+    arm, at, changes = name.partition(_AT)
+    return _TITLES.get(arm, terminal(arm.replace("_", " "))) + at + changes
 
 
 def ordered(names: Iterable[str]) -> list[str]:
-    """The paper's algorithm first, then the order of the paper, then by name."""
+    """The paper's algorithm first, then the order of the paper, then by name; each followed by itself elsewhere."""
     known = list(_TITLES)
-    return sorted(set(names), key=lambda name: (known.index(name) if name in known else len(known), name))
+
+    def place(name: str) -> tuple[int, str, str]:
+        arm, _, changes = name.partition(_AT)
+        return (known.index(arm) if arm in known else len(known)), arm, changes
+
+    return sorted(set(names), key=place)
