@@ -24,7 +24,8 @@ class Simulation {
   Simulation(const Sizes& s, const Parameters& p, Store& store)
       : sizes_(s), parameters_(p), group_(s, p, store), crossings_(s.places(), store),
         candidates_(store.take<Candidates>(1)), traffic_(store.take<Traffic>(1)), motion_(store.take<Motion>(1)),
-        walls_(store.take<Walls>(1)), minds_(store.take<Mind>((size_t)s.agents * LANES)) {
+        walls_(store.take<Walls>(1)), names_(store.take<uint32_t>(s.agents * Mind::whole_vectors(s))),
+        minds_(store.take<Mind>((size_t)s.agents * LANES)) {
     for (int lane = 0; lane < LANES; lane++) {
       const Lines vertical = Lines::take(store, s.vertical), horizontal = Lines::take(store, s.horizontal);
       if (walls_ != nullptr) walls_->vertical[lane] = vertical, walls_->horizontal[lane] = horizontal;
@@ -33,6 +34,9 @@ class Simulation {
       const Mind mind = Mind::take(store, s);
       if (minds_ != nullptr) minds_[k] = mind;
     }
+    for (int i = 0; names_ != nullptr && i < s.agents; i++)
+      for (size_t r = 0; r < Mind::whole_vectors(s); r++)
+        names_[i * Mind::whole_vectors(s) + r] = ((uint32_t)r * s.agents + i) * GOLDEN;
   }
 
   // Compute `periods` sharing periods for LANES episodes of the batch from `begin` on. Episodes that are over when it
@@ -64,10 +68,11 @@ class Simulation {
     const Floats alpha = learning_rate();
     each_mind([&](int i, int lane, Mind& mind) {
       learn(mind, mind.set(HISTORY - 1), group_.reward[i][lane], 0.0f, alpha[lane], parameters_.beta_q);
+      memset(mind.set(0), 0, mind.words * sizeof(Bits));
       float recent[HISTORY];
       for (int k = 0; k < sizes_.depth; k++) recent[k] = group_.recent[(size_t)i * sizes_.depth + k][lane];
       finish_strength(mind, recent, HISTORY - 1, parameters_.trace_decay);
-      store_mind(buffers, rows, i, lane, mind, 0);
+      store_mind(buffers, rows, i, lane, mind, 1);
     });
   }
 
@@ -85,7 +90,7 @@ class Simulation {
       load_mind(buffers, rows, i, lane, mind);
       mind.begin();
       for (int r = 0; r < sizes_.rules; r++)
-        for (int w = 0; w < CLAUSE_WORDS; w++) needed_[w] |= (uint32_t)(mind.condition[r].word[w / 2] >> (w % 2 * 32));
+        for (int w = 0; w < sizes_.words; w++) needed_[w] |= mind.condition[w * Mind::whole_vectors(sizes_) + r];
     });
   }
 
@@ -131,17 +136,22 @@ class Simulation {
 
   // What agent i does in every episode.
   Ints decide_all(int i, int step, const Truth& truth, Floats alpha, const Stream<Words>& lots, Notes* notes) {
+    const bool learns = sizes_.controller == CLASSIFIER;
+    const uint32_t* names = names_ + i * Mind::whole_vectors(sizes_);
     Ints action = all(NO_ACTION);
     for (int lane = 0; lane < LANES; lane++) {
       if (!awake_[lane]) continue;
       Mind& mind = minds_[i * LANES + lane];
-      mind.see(in_lane(truth, lane));
-      const Choice choice = sizes_.controller == CLASSIFIER
-                                ? decide(mind, i, step, group_.reward[i][lane], alpha[lane], parameters_,
-                                         slcs2::in_lane(lots, lane))
-                                : first_match(mind);
-      action[lane] = choice.action;
-      if (notes && lane == 0) notes->decision(step, i, mind, choice);
+      const Stream<uint32_t> own = in_lane(lots, lane);
+      uint32_t clauses[CLAUSE_WORDS];
+      for (int w = 0; w < CLAUSE_WORDS; w++) clauses[w] = truth.word[w][lane];
+      mind.see(clauses);
+      action[lane] = learns ? decide(mind, step, names, group_.reward[i][lane], alpha[lane], parameters_, own)
+                            : decide_by_list(mind);
+      if (notes && lane == 0) {
+        const int rule = learns ? chosen(mind, names, parameters_.alpha_grasp, own) : first_match(mind);
+        notes->decision(step, i, mind, action[lane], rule);
+      }
     }
     return action;
   }
@@ -170,7 +180,8 @@ class Simulation {
   Traffic* traffic_;
   Motion* motion_;
   Walls* walls_;
-  Mind* minds_;  // [n, LANES]
+  uint32_t* names_;  // [n, R], of the rules in the whole swarm, for their draws
+  Mind* minds_;      // [n, LANES]
   bool awake_[LANES];
   uint32_t needed_[CLAUSE_WORDS];
 };

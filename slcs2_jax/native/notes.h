@@ -34,10 +34,10 @@ class Notes {
   }
 
   // What agent i decided.
-  void decision(int step, int i, const Mind& mind, const Choice& choice) {
+  void decision(int step, int i, const Mind& mind, int action, int rule) {
     const size_t n = s_.agents;
-    at<uint8_t>(N_ACTION, step * n + i) = (uint8_t)choice.action;
-    at<int16_t>(N_RULE, step * n + i) = (int16_t)choice.rule;
+    at<uint8_t>(N_ACTION, step * n + i) = (uint8_t)action;
+    at<int16_t>(N_RULE, step * n + i) = (int16_t)rule;
     for_each(mind.match, mind.words, [&](int r) { at<int32_t>(N_MATCHED, r * n + i)++; });
   }
 

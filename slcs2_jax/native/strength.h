@@ -42,16 +42,13 @@ inline void finish_strength(Mind& mind, const float* recent, int step, float dec
   const Weights weights(decay);
   for (int age = 0; age < depth; age++) {
     const float amount = credit(age, depth, weights.of, 0.0f, [&](int k) { return recent[k]; });
-    for_each(mind.set(step + HISTORY - age), mind.words, [&](int r) { mind.rule[r].strength += amount; });
+    for_each(mind.set(step + HISTORY - age), mind.words, [&](int r) { mind.strength[r] += amount; });
   }
-  for (int r = 0; r < mind.sizes->rules; r++) {
-    Rule& rule = mind.rule[r];
-    rule.strength = rule.usage > 0 ? rule.strength / (float)rule.usage : 0.0f;
-  }
+  for (int r = 0; r < mind.sizes->rules; r++)
+    mind.strength[r] = mind.usage[r] > 0 ? mind.strength[r] / (float)mind.usage[r] : 0.0f;
 }
 
-// After a round whose last step was `step`: credit the sets that became BP_max steps old in it, and count the members of
-// the new ones. minds: [n, LANES]; awake: the lanes that count.
+// After a round whose last step was `step`: credit the sets that became BP_max steps old in it. minds: [n, LANES]; awake: the lanes that count.
 inline void settle(Group& g, Mind* minds, const bool* awake, int step) {
   const int depth = g.sizes.depth, length = g.sizes.round;
   const Weights weights(g.parameters.trace_decay);
@@ -66,8 +63,7 @@ inline void settle(Group& g, Mind* minds, const bool* awake, int step) {
       Mind& mind = minds[i * LANES + lane];
       for (int k = 0; k < length; k++) {
         const float amount = due[k][lane];
-        for_each(mind.set(step + HISTORY - depth - k), mind.words, [&](int r) { mind.rule[r].strength += amount; });
-        for_each(mind.set(step + HISTORY - k), mind.words, [&](int r) { mind.rule[r].usage++; });
+        for_each(mind.set(step + HISTORY - depth - k), mind.words, [&](int r) { mind.strength[r] += amount; });
       }
     }
     Floats latest[HISTORY];

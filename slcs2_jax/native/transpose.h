@@ -122,25 +122,28 @@ inline void store_state(const Buffers& buffers, const Rows& rows, Group& g, cons
   store_power(buffers, rows, g, awake);
 }
 
-// Agent i's rules and memory in one episode. Bit k of a trace tells whether the rule was in the action set k steps ago.
+// Agent i's rules and memory in one episode. Bit k of a trace tells whether the rule was in the action set k steps ago;
+// usage counts all of these sets, a classifier's mind has yet to count the last one.
 inline void load_mind(const Buffers& buffers, const Rows& rows, int i, int lane, Mind& mind) {
   const Sizes& s = *mind.sizes;
+  const size_t room = Mind::whole_vectors(s);
   const bool learns = s.controller == CLASSIFIER;
+  const void* const* kept = buffers.kept;
   memset(mind.sets, 0, HISTORY * (size_t)mind.words * sizeof(Bits));
   for (int r = 0; r < s.rules; r++) {
     const size_t row = (size_t)r * s.agents + i;
-    uint32_t word[CLAUSE_WORDS] = {};
     for (int w = 0; w < s.words; w++)
-      word[w] = rows.at<uint32_t>(buffers.given[CONDITION], (size_t)w * s.rules * s.agents + row, lane);
-    mind.condition[r] = {{word[0] | (Bits)word[1] << 32, word[2] | (Bits)word[3] << 32}};
+      mind.condition[w * room + r] =
+          rows.at<uint32_t>(buffers.given[CONDITION], (size_t)w * s.rules * s.agents + row, lane);
     mind.action[r] = rows.at<uint8_t>(buffers.given[ACTION], row, lane);
-    mind.rule[r] = {};
-    mind.rule[r].usage = rows.at<int32_t>((const void*)buffers.kept[USAGE], row, lane);
+    mind.usage[r] = rows.at<int32_t>(kept[USAGE], row, lane);
     if (!learns) continue;
-    mind.rule[r].quality = rows.at<float>((const void*)buffers.kept[QUALITY], row, lane);
-    mind.rule[r].error = rows.at<float>((const void*)buffers.kept[ERROR], row, lane);
-    mind.rule[r].strength = rows.at<float>((const void*)buffers.kept[STRENGTH], row, lane);
-    for (uint32_t left = rows.at<uint32_t>((const void*)buffers.kept[TRACE], row, lane); left; left &= left - 1)
+    const uint32_t trace = rows.at<uint32_t>(kept[TRACE], row, lane);
+    mind.quality[r] = rows.at<float>(kept[QUALITY], row, lane);
+    mind.error[r] = rows.at<float>(kept[ERROR], row, lane);
+    mind.strength[r] = rows.at<float>(kept[STRENGTH], row, lane);
+    mind.usage[r] -= (int32_t)(trace & 1);
+    for (uint32_t left = trace; left; left &= left - 1)
       mind.set(HISTORY - 1 - __builtin_ctz(left))[r / 64] |= Bits(1) << (r % 64);
   }
 }
@@ -149,18 +152,21 @@ inline void load_mind(const Buffers& buffers, const Rows& rows, int i, int lane,
 inline void store_mind(const Buffers& buffers, const Rows& rows, int i, int lane, const Mind& mind, int steps) {
   const Sizes& s = *mind.sizes;
   const bool learns = s.controller == CLASSIFIER;
+  void* const* kept = buffers.kept;
   for (int r = 0; r < s.rules; r++) {
     const size_t row = (size_t)r * s.agents + i;
-    rows.at<int32_t>(buffers.kept[USAGE], row, lane) = mind.rule[r].usage;
+    rows.at<int32_t>(kept[USAGE], row, lane) = mind.usage[r];
     if (!learns) continue;
-    rows.at<float>(buffers.kept[QUALITY], row, lane) = mind.rule[r].quality;
-    rows.at<float>(buffers.kept[ERROR], row, lane) = mind.rule[r].error;
-    rows.at<float>(buffers.kept[STRENGTH], row, lane) = mind.rule[r].strength;
-    rows.at<uint32_t>(buffers.kept[TRACE], row, lane) = 0;
+    rows.at<float>(kept[QUALITY], row, lane) = mind.quality[r];
+    rows.at<float>(kept[ERROR], row, lane) = mind.error[r];
+    rows.at<float>(kept[STRENGTH], row, lane) = mind.strength[r];
+    rows.at<uint32_t>(kept[TRACE], row, lane) = 0;
   }
   for (int k = 0; learns && k < HISTORY; k++)
     for_each(mind.set(steps % HISTORY + HISTORY - 1 - k), mind.words, [&](int r) {
-      rows.at<uint32_t>(buffers.kept[TRACE], (size_t)r * s.agents + i, lane) |= 1u << k;
+      const size_t row = (size_t)r * s.agents + i;
+      rows.at<uint32_t>(kept[TRACE], row, lane) |= 1u << k;
+      if (k == 0) rows.at<int32_t>(kept[USAGE], row, lane)++;
     });
 }
 

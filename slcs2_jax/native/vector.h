@@ -43,30 +43,61 @@ inline Floats root(Floats a) {
 
 inline float root(float a) { return __builtin_sqrtf(a); }
 
-// Whether a mask holds in any lane: halves are joined until one machine word is left.
+inline Ints numbered() {
+  Ints numbers;
+  for (int lane = 0; lane < LANES; lane++) numbers[lane] = lane;
+  return numbers;
+}
+
+// All elements joined by `or`, halves at a time.
 template <int Count>
-inline bool any_of(const int32_t* values) {
+inline uint32_t joined(const uint32_t* values) {
   if constexpr (Count == 1) {
-    return values[0] != 0;
+    return values[0];
   } else if constexpr (Count == 2) {
-    uint64_t both;
-    memcpy(&both, values, sizeof both);
-    return both != 0;
+    return values[0] | values[1];
   } else {
-    typedef int32_t Half __attribute__((vector_size(2 * Count)));
+    typedef uint32_t Half __attribute__((vector_size(2 * Count)));
     Half low, high;
     memcpy(&low, values, sizeof low);
     memcpy(&high, values + Count / 2, sizeof high);
     low |= high;
-    int32_t joined[Count / 2];
-    memcpy(joined, &low, sizeof low);
-    return any_of<Count / 2>(joined);
+    uint32_t half[Count / 2];
+    memcpy(half, &low, sizeof low);
+    return joined<Count / 2>(half);
   }
 }
-inline bool any(Mask m) {
-  int32_t values[LANES];
-  memcpy(values, &m, sizeof m);
-  return any_of<LANES>(values);
+inline uint32_t joined(Words vector) {
+  uint32_t values[LANES];
+  memcpy(values, &vector, sizeof vector);
+  return joined<LANES>(values);
+}
+
+// Whether a mask holds in any lane, and in which: a bit for each.
+inline bool any(Mask m) { return joined((Words)m) != 0; }
+inline uint32_t lanes_of(Mask m) { return joined((Words)m & (1u << (Words)numbered())); }
+
+// The greatest element; of zeros of both signs any.
+template <class V>
+inline auto greatest(V vector) {
+  auto most = vector[0];
+  if constexpr (LANES > 1) {
+    typedef decltype(most) E;
+    typedef E Half __attribute__((vector_size(2 * LANES)));
+    Half low, high;
+    memcpy(&low, &vector, sizeof low);
+    memcpy(&high, (const char*)&vector + sizeof low, sizeof high);
+    low = low > high ? low : high;
+    for (int lane = 0; lane < LANES / 2; lane++) most = low[lane] > most ? low[lane] : most;
+  }
+  return most;
+}
+
+template <class V, class E>
+inline V load(const E* from) {
+  V vector;
+  memcpy(&vector, from, sizeof vector);
+  return vector;
 }
 
 }  // namespace slcs2
