@@ -12,6 +12,7 @@ from benchmarks.rounds import Play
 from benchmarks.workload import Workload
 from slcs2_jax import runtime
 from slcs2_jax.episode import Parameters
+from slcs2_jax.policy.rules import Rules
 from slcs2_jax.rollout import Job, Rollout, Shape
 from slcs2_jax.world.arena import wall_capacity
 
@@ -21,14 +22,14 @@ def make_rollout(workload: Workload, slots: int) -> Rollout:
     settings = workload.settings
     shape = Shape(
         agents=settings.swarm.agents,
-        rules=settings.rules.rules,
-        words=workload.words,
         channels=1 + max(workload.channels),
         walls=wall_capacity(workload.scenarios),
     )
+    parameters = Parameters.of(settings, language=workload.language)
     return Rollout(
-        Parameters.of(settings),
+        parameters,
         shape,
+        Rules.like(settings.rules.rules, settings.swarm.agents, workload.language),
         slots=slots,
         devices=runtime.devices(settings.compute),
         chunk=settings.compute.chunk,

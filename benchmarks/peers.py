@@ -1,4 +1,4 @@
-"""The serial peers: the reference episode as plain Python, and compiled by Numba on one core and on all.
+"""The serial peers: the tests' oracle as plain Python, and compiled by Numba on one core and on all.
 
 They play the same episodes as the batch: the same scenarios, rules and keys, from the first step on.
 """
@@ -15,17 +15,17 @@ import numpy as np
 
 from benchmarks.rounds import Play
 from benchmarks.workload import Workload
-from slcs2_jax.reference import compiled, episode
-from slcs2_jax.reference.inputs import make_params, make_rules, make_world
-from slcs2_jax.reference.model import Params, Rules, State, World, new_state, new_work
 from slcs2_jax.world.scenario import Scenario
+from tests.oracle import compiled, episode
+from tests.oracle.inputs import make_params, make_rules, make_world
+from tests.oracle.model import Params, Rules, State, World, new_state, new_work
 
 STRETCHES = 10  # plain Python plays as many short stretches, evenly spread over an episode
 
 
 @dataclass(frozen=True, eq=False)
 class Peers:
-    """Some episodes as the reference takes them."""
+    """Some episodes as the oracle takes them."""
 
     params: Params
     worlds: Sequence[World]
@@ -42,7 +42,7 @@ class Peers:
         return cls(
             params=make_params(settings.radio, settings.swarm, settings.learning, settings.world.wall_thickness),
             worlds=[_world(job.scenario) for job in jobs],
-            rules=[make_rules(job.mask, job.action, used) for job in jobs],
+            rules=[make_rules(job.given.mask, job.given.action, used) for job in jobs],
             keys=np.array([job.key for job in jobs]),
             fastmath=fastmath,
         )

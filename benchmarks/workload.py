@@ -12,6 +12,7 @@ import numpy as np
 from slcs2_jax.config import Compute, InputError, Settings, Swarm, World
 from slcs2_jax.config.settings import Rules
 from slcs2_jax.grammar import RuleSets, load_grammar, parse_grammar, random_rule_sets
+from slcs2_jax.grammar.language import Language
 from slcs2_jax.results import load_solution
 from slcs2_jax.rollout import Job
 from slcs2_jax.world.scenario import Scenario, make_scenario
@@ -25,13 +26,13 @@ class Workload:
 
     Attributes:
         settings: physics and sizes.
-        channels, words: what the grammar needs.
+        channels, language: what the grammar needs.
         scenarios, solutions: as many of both; episode i has those at i modulo their number.
     """
 
     settings: Settings
     channels: tuple[int, ...]
-    words: int
+    language: Language
     scenarios: tuple[Scenario, ...]
     solutions: tuple[RuleSets, ...]
 
@@ -44,7 +45,7 @@ class Workload:
         """An episode for the devices."""
         place = episode % len(self.scenarios)
         rules = self.solutions[place]
-        return Job(episode, self.scenarios[place], self.channels, rules.mask, rules.action, self.key(episode))
+        return Job(episode, self.scenarios[place], self.channels, rules, self.key(episode))
 
     def cut(self, steps: int) -> Workload:
         """The first steps of every episode."""
@@ -71,7 +72,7 @@ def random_workload(settings: Settings, count: int, *, median: bool) -> Workload
     return Workload(
         settings=settings,
         channels=grammar.channels_used,
-        words=grammar.words,
+        language=Language.of([grammar]),
         scenarios=_scenarios(settings, count, median),
         solutions=tuple(solutions),
     )
@@ -96,7 +97,7 @@ def saved_workload(settings: Settings, path: Path, count: int, *, median: bool) 
     return Workload(
         settings=settings,
         channels=grammar.channels_used,
-        words=grammar.words,
+        language=Language.of([grammar]),
         scenarios=_scenarios(settings, count, median),
         solutions=(saved.rules,) * count,
     )

@@ -1,4 +1,4 @@
-"""How the designed behaviour does: python scripts/designed_table.py OUT [CONTROLLER].
+"""How the designed behaviour does: python scripts/designed_table.py OUT [POLICY].
 
 In each of the paper's eight worlds, in the three instances on which it was designed and in thirty others. OUT becomes a
 folder with every episode (episodes.csv) and the tables (README.md). A minute or two on two cores.
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings, World
-from slcs2_jax.policy.decision_text import Behaviour, load_behaviour
+from slcs2_jax.policy.decision_list import DecisionList, load_decision_list
 from slcs2_jax.results import Progress
 from slcs2_jax.results.files import write_text
 from slcs2_jax.results.run_config import versions
@@ -33,26 +33,26 @@ Episodes = dict[str, list[list[Deployment]]]  # by cell, for each instance
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path, help="folder for the tables")
-    parser.add_argument("controller", nargs="?", default="designed", help="another behaviour")
+    parser.add_argument("policy", nargs="?", default="designed", help="another decision list")
     arguments = parser.parse_args()
-    behaviour = load_behaviour(arguments.controller)
+    decisions = load_decision_list(arguments.policy)
     runtime.configure(Settings().compute)
     start = time.perf_counter()
-    episodes = {name: deploy(behaviour, name, **where) for name, where in (("design", DESIGN), ("fresh", FRESH))}
+    episodes = {name: deploy(decisions, name, **where) for name, where in (("design", DESIGN), ("fresh", FRESH))}
     seconds = time.perf_counter() - start
     arguments.out.mkdir(parents=True, exist_ok=True)
     write_text(arguments.out / "episodes.csv", rows(episodes))
-    write_text(arguments.out / "README.md", page(behaviour, episodes, seconds))
+    write_text(arguments.out / "README.md", page(decisions, episodes, seconds))
 
 
-def deploy(behaviour: Behaviour, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
+def deploy(decisions: DecisionList, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
     """Every cell's episodes."""
-    from slcs2_jax.running.deployed import deploy_behaviour
+    from slcs2_jax.running.deployed import deploy_list
 
     worlds = [World.preset(cell.environment, cell.range) for cell in CELLS]
     settings = [Settings(world=world, seed=seed, instances=instances) for world in worlds]
     with Progress(deployments, label=f"{name}: deployment") as report:
-        found = deploy_behaviour(settings, behaviour, deployments=deployments, report=report)
+        found = deploy_list(settings, decisions, deployments=deployments, report=report)
     return {cell.name: own for cell, own in zip(CELLS, found, strict=True)}
 
 
@@ -69,7 +69,7 @@ def rows(episodes: dict[str, Episodes]) -> str:
     return text.getvalue()
 
 
-def page(behaviour: Behaviour, episodes: dict[str, Episodes], seconds: float) -> str:
+def page(decisions: DecisionList, episodes: dict[str, Episodes], seconds: float) -> str:
     """The tables, as Markdown."""
     count = sum(len(own) for cells in episodes.values() for instances in cells.values() for own in instances)
     lines = [
@@ -99,12 +99,12 @@ def page(behaviour: Behaviour, episodes: dict[str, Episodes], seconds: float) ->
         f"Made by `python scripts/designed_table.py docs/results/designed`: {count:,} episodes in {seconds:.0f} s; "
         + ", ".join(f"{name} {version}" for name, version in versions().items())
         + ".",
-        "One world: `slcs2 evaluate controller=designed environment=urban range=long instances=30`.",
+        "One world: `slcs2 evaluate policy=designed environment=urban range=long instances=30`.",
         "",
-        f"`{behaviour.name}`:",
+        f"`{decisions.name}`:",
         "",
         "```text",
-        behaviour.text.rstrip(),
+        decisions.text.rstrip(),
         "```",
         "",
     ]

@@ -10,14 +10,15 @@ import numpy as np
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
-from slcs2_jax.grammar import Grammar, RuleSets, load_grammar, make_rule
+from slcs2_jax.grammar import Grammar, RuleSets, make_rule
 from slcs2_jax.results import EvaluationSummary, Report, RunSummary, SavedSolution
 from slcs2_jax.running import driver
 from slcs2_jax.running.batches import make_batches
 from slcs2_jax.running.instance import Measurement, Site
 from slcs2_jax.running.schedule import play
 from slcs2_jax.search.evaluation import Deployment
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.swarm.task import task_of
+from slcs2_jax.world.scenario import Scenario, check_scenario
 
 MOST_DEPLOYMENTS = 10**6
 
@@ -44,13 +45,12 @@ def deploy(settings: Settings, scenario: Scenario, rules: RuleSets, *, deploymen
     ):
         of_kind(name, value, kind)
     deployments = whole("deployments", deployments, 1, MOST_DEPLOYMENTS)
-    named = settings.rules
-    grammar = load_grammar(
-        named.grammar, max_clauses=named.max_clauses, single_option_consumes=named.single_option_consumes
-    )
+    grammar = Grammar.of(settings)
     _check(settings, scenario, rules, grammar)
     runtime.configure(settings.compute)
-    task = Measurement(Site(scenario, grammar.channels_used, settings.swarm.packets), rules, deployments)
+    task = Measurement(
+        Site(scenario, grammar.channels_used, settings.swarm.packets, task_of(settings)), rules, deployments
+    )
     play(make_batches(settings, [grammar], [task]), lambda: None)
     return task.deployments
 
@@ -60,14 +60,8 @@ def _check(settings: Settings, scenario: Scenario, rules: RuleSets, grammar: Gra
     size = (settings.swarm.agents, settings.rules.rules)
     if rules.action.shape != size:
         raise InputError(f"rules: {list(rules.action.shape)} agents and rules; accepted are {list(size)}")
-    if len(scenario.start) != size[0]:
-        raise InputError(f"scenario: starts for {len(scenario.start)} agents; accepted are {size[0]}")
-    if scenario.wall_thickness != settings.world.wall_thickness:
-        raise InputError(
-            f"scenario: walls {scenario.wall_thickness:g} m thick; accepted is {settings.world.wall_thickness:g} m, "
-            "as world.wall_thickness says"
-        )
-    known = make_rule(grammar.clauses, grammar.actions[0]).mask()
+    check_scenario(scenario, settings)
+    known = make_rule(grammar.clauses, grammar.actions[0], grammar.vocabulary).mask()
     foreign = (rules.mask & ~known).any(axis=-1) | ~np.isin(rules.action, grammar.actions)
     if foreign.any():
         agent, index = (int(place) for place in np.argwhere(foreign)[0])

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from slcs2_jax.commands import find, listing
 from slcs2_jax.config.errors import InputError, StorageError
+from slcs2_jax.config.escape import terminal
 
 USAGE = f"""\
 slcs2: evolve and evaluate the behaviour of swarms (SLCS2, arXiv 1910.12412)
@@ -37,10 +38,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read our output went away
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except OSError as error:  # a file that the system does not let us look at
+        return _fail(f"error: {error.filename or 'system'}: {error.strerror or error}", 1)
 
 
 def _fail(message: str, code: int) -> int:
-    line = " ".join(message.split())
+    line = terminal(" ".join(message.split()))
     print(f"slcs2: error: {line}" if code == 2 else f"slcs2: {line}", file=sys.stderr, flush=True)
     return code
 

@@ -1,6 +1,6 @@
 """An episode on the device: agents in their world, step after step, for any number of instances at once.
 
-Pure functions of arrays whose last axis is the batch. ``rollout`` drives them.
+Pure functions of arrays whose last axis is the batch. ``rollout`` drives them in bulk, ``env`` one step at a time.
 """
 
 from __future__ import annotations
@@ -15,43 +15,54 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.config.settings import Settings
-from slcs2_jax.policy import classifier, strength
-from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.grammar.language import Language
+from slcs2_jax.policy import strength
+from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.policy.learning import LearningParameters
-from slcs2_jax.policy.protocol import Controller
-from slcs2_jax.swarm import knowledge, links
-from slcs2_jax.swarm import step as world
-from slcs2_jax.swarm.links import Links
+from slcs2_jax.policy.policy import Clock, Figures, Policy
+from slcs2_jax.swarm import knowledge
+from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.observation import Observation
-from slcs2_jax.swarm.state import State, initial_state, running
-from slcs2_jax.swarm.step import Outcome, Physics
+from slcs2_jax.swarm.outcome import Outcome
+from slcs2_jax.swarm.state import State
+from slcs2_jax.swarm.step import Physics
 from slcs2_jax.world.arena import Arena
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Parameters:
-    """What episodes have in common; leaves are scalars, the sharing period gives shapes, the controller is code."""
+    """What episodes have in common; leaves are scalars, the sharing period gives shapes, the policy is code."""
 
     physics: Physics
     learning: LearningParameters
     sharing_period: int = dataclasses.field(metadata={"static": True})
-    controller: Controller = dataclasses.field(default=classifier, metadata={"static": True})
+    policy: Policy = dataclasses.field(default=Classifier(), metadata={"static": True})
 
     @classmethod
-    def of(cls, settings: Settings, controller: Controller = classifier) -> Parameters:
-        """Take the values from the settings; ``controller`` says what the agents do with what they see."""
+    def of(cls, settings: Settings, policy: Policy | None = None, language: Language | None = None) -> Parameters:
+        """Take the values from the settings.
+
+        Args:
+            settings: of the run.
+            policy: what the agents do with what they see; by default the classifier.
+            language: what they can say and do; by default the paper's vocabulary.
+        """
         learning = LearningParameters.of(settings.learning)
-        return cls(Physics.of(settings), learning, settings.swarm.sharing_period, controller)
+        physics = Physics.of(settings, language)
+        return cls(physics, learning, settings.swarm.sharing_period, policy or Classifier())
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Episode:
-    """An episode under way: what is given, and what has become of it; ``memory`` is the controller's."""
+    """An episode under way: what is given, and what has become of it.
+
+    `given` are the policy's parameters, and `memory` is the policy's own.
+    """
 
     arena: Arena
-    rules: Rules
+    given: Any
     state: State
     memory: Any
 
@@ -59,61 +70,55 @@ class Episode:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Result:
-    """An episode's figures (spec section 7), strength already divided by usage.
+    """What an episode came to.
 
     Attributes:
         steps, delivered: int32 [...], T_s and p_s.
         contribution: int32 [n, ...].
-        quality, strength, error: float32 [R, n, ...].
-        usage: int32 [R, n, ...].
+        figures: [R, n, ...], what rules have learnt; None for a policy without rules.
+        measures: what the task takes from the last state, by name.
     """
 
     steps: jax.Array
     delivered: jax.Array
     contribution: jax.Array
-    quality: jax.Array
-    strength: jax.Array
-    error: jax.Array
-    usage: jax.Array
+    figures: Figures | None
+    measures: dict[str, jax.Array]
 
 
-def begin(arena: Arena, rules: Rules, key: jax.Array, parameters: Parameters) -> Episode:
+def begin(arena: Arena, given: Any, key: jax.Array, parameters: Parameters) -> Episode:
     """Deploy the swarm: key uint32 [2, ...]. Shapes and types that do not fit raise AssertionError."""
     agents = arena.start_x.shape
     chex.assert_shape(key, (2, *agents[1:]))
-    chex.assert_shape(rules.action, (None, *agents))
-    chex.assert_shape(rules.mask, (None, *rules.action.shape))
-    chex.assert_type([key, rules.mask, rules.action, arena.start_x], [np.uint32, np.uint32, np.uint8, np.float32])
-    physics = parameters.physics
-    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
-    state = dataclasses.replace(state, power=links.draw(state, arena, physics.radio))
-    return Episode(arena, rules, state, parameters.controller.initial_memory(rules, parameters.learning))
+    chex.assert_type([key, arena.start_x], [np.uint32, np.float32])
+    state = swarm.begin(arena, key, parameters.physics)
+    memory = parameters.policy.initial_memory(given, arena.start_x, parameters.learning)
+    return Episode(arena, given, state, memory)
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Moment:
-    """A time-step in full, for those who look on: what agents saw, over which links, what they did, what it brought.
+    """A time-step in full, for those who look on: what agents saw, what they did, what it brought.
 
-    action: int32 [n, ...], numbers of the vocabulary; `NO_ACTION` for none.
+    action: int32 [n, ...], numbers of the vocabulary; `NO_ACTION` for none. reward: float32 [n, ...], meaningless for
+    agents that did not act.
     """
 
     seen: Observation
-    drawn: Links
     action: jax.Array
+    reward: jax.Array
     outcome: Outcome
 
 
 def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Moment]:
     """One time-step of one episode or of a batch."""
-    physics = parameters.physics
-    state, drawn, seen = world.observe(episode.state, episode.arena, physics)
-    memory, action = parameters.controller.decide(
-        episode.memory, episode.rules, seen.truth, state.key, state.t, _last_share(episode), parameters.learning
-    )
-    state, outcome = world.act(state, action, seen, drawn, episode.arena, physics)
-    memory = parameters.controller.remember(memory, outcome.reward)
-    return dataclasses.replace(episode, state=state, memory=memory), Moment(seen, drawn, action, outcome)
+    physics, policy = parameters.physics, parameters.policy
+    state, seen = swarm.observe(episode.state, episode.arena, physics)
+    memory, action = policy.decide(episode.memory, episode.given, seen, clock(episode), parameters.learning)
+    state, reward, outcome = swarm.act(action, seen, physics)
+    memory = policy.remember(memory, reward)
+    return dataclasses.replace(episode, state=state, memory=memory), Moment(seen, action, reward, outcome)
 
 
 def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
@@ -130,16 +135,16 @@ def watch(
         The episode, and the notes stacked, [periods, rounds, L, ...] with the product of the three the steps.
     """
     length = strength.round_length(parameters.sharing_period, parameters.learning.bp_max)
-    controller = parameters.controller
+    policy = parameters.policy
 
     def one_step(before: Episode, _: None) -> tuple[Episode, Any]:
         episode, moment = step(before, parameters)
-        gain = controller.gain(moment.outcome.reward, moment.outcome.acts)
+        gain = policy.gain(moment.reward, moment.outcome.intent.acts)
         return episode, (gain, note(before, episode, moment))
 
     def one_round(episode: Episode, _: None) -> tuple[Episode, Any]:
         episode, (gains, notes) = jax.lax.scan(one_step, episode, length=length)
-        memory = controller.settle(episode.memory, gains, parameters.learning)
+        memory = policy.settle(episode.memory, gains, parameters.learning)
         return dataclasses.replace(episode, memory=memory), notes
 
     def one_period(episode: Episode, _: None) -> tuple[Episode, Any]:
@@ -150,26 +155,26 @@ def watch(
 
 
 def result(episode: Episode, parameters: Parameters) -> Result:
-    """The figures of an episode, meaningful once it is over."""
-    memory = parameters.controller.finish(episode.memory, _last_share(episode), parameters.learning)
+    """What an episode came to, meaningful once it is over."""
     state = episode.state
     return Result(
         steps=state.t,
         delivered=state.delivered,
         contribution=state.contribution,
-        quality=memory.quality,
-        strength=memory.strength,
-        error=memory.error,
-        usage=memory.usage,
+        figures=parameters.policy.finish(episode.memory, clock(episode).last_share, parameters.learning),
+        measures=parameters.physics.task.measure(state, episode.arena),
     )
 
 
 def over(episode: Episode, parameters: Parameters) -> jax.Array:
     """Whether each episode has ended: bool [...]."""
-    return ~running(episode.state, episode.arena, parameters.physics.swarm)
+    physics = parameters.physics
+    return ~physics.task.running(episode.state, episode.arena, physics.swarm)
 
 
-def _last_share(episode: Episode) -> jax.Array:
-    """Share of the time limit at which the last step was taken: float32 [...]."""
-    last = (episode.state.t - np.int32(1)).astype(jnp.float32)
-    return jnp.maximum(last, np.float32(0)) / jnp.maximum(episode.arena.time_limit, np.int32(1)).astype(jnp.float32)
+def clock(episode: Episode) -> Clock:
+    """When the decision of the step to come is taken."""
+    state = episode.state
+    last = (state.t - np.int32(1)).astype(jnp.float32)
+    limit = jnp.maximum(episode.arena.time_limit, np.int32(1)).astype(jnp.float32)
+    return Clock(state.key, state.t, jnp.maximum(last, np.float32(0)) / limit)

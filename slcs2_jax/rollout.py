@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from slcs2_jax import episode as episodes
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.episode import Episode, Parameters
-from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy.policy import Figures
 from slcs2_jax.world.arena import Arena, stack
+from slcs2_jax.world.emitters import JammerRoom
 from slcs2_jax.world.scenario import Scenario
 
 AXIS = "slots"
@@ -30,13 +31,12 @@ LANES = 16  # slots per device come in multiples of this: what vector units take
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """Static sizes of a batch: agents, rules, words per condition, channels, rows for walls."""
+    """Static sizes of a batch: agents, channels, rows for walls, room for jammers."""
 
     agents: int
-    rules: int
-    words: int
     channels: int
     walls: tuple[int, int]
+    jammers: JammerRoom | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -46,45 +46,59 @@ class Job:
     Attributes:
         name: what the caller knows it by.
         scenario: the world.
-        channels: indices of the channels that the grammar uses.
-        mask: uint32 [n, R, 4] and action uint8 [n, R], the solution's rules.
+        channels: indices of the channels that the policy uses.
+        given: what `Policy.arrays` makes the policy's parameters of, of the same sizes in all jobs of a rollout.
         key: the episode's key, two 32-bit words.
     """
 
     name: Hashable
     scenario: Scenario
     channels: tuple[int, ...]
-    mask: NDArray[np.uint32]
-    action: NDArray[np.uint8]
+    given: Any
     key: tuple[np.uint32, np.uint32]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Done:
-    """What the deployment in a slot measured: counts, and per rule [n, R] quality, strength, error and usage."""
+    """What the deployment in a slot measured.
+
+    Attributes:
+        slot: where it was computed.
+        job: what was asked for.
+        steps, delivered: T_s and p_s.
+        contribution: int32 [n], delivered packets that the agent had held.
+        figures: [n, R], what rules have learnt; None for a policy without rules.
+        measures: what the task took from the last state, by name.
+    """
 
     slot: int
     job: Job
     steps: int
     delivered: int
     contribution: NDArray[np.int32]
-    quality: NDArray[np.float32]
-    strength: NDArray[np.float32]
-    error: NDArray[np.float32]
-    usage: NDArray[np.int32]
+    figures: Figures | None
+    measures: dict[str, NDArray[Any]]
 
 
 class Rollout:
     """A fixed number of slots that hold episodes of jobs; jobs are placed in vacant slots between chunks of steps."""
 
     def __init__(
-        self, parameters: Parameters, shape: Shape, *, slots: int, devices: Sequence[jax.Device], chunk: int
+        self,
+        parameters: Parameters,
+        shape: Shape,
+        like: Any,
+        *,
+        slots: int,
+        devices: Sequence[jax.Device],
+        chunk: int,
     ) -> None:
         """Set up vacant slots.
 
         Args:
             parameters: of every episode.
             shape: static sizes.
+            like: a deployment's `Policy.arrays`, for their structure, shapes and types.
             slots: how many, rounded up to whole ``LANES`` per device.
             devices: spread over these.
             chunk: steps between refills, rounded to whole sharing periods.
@@ -94,9 +108,11 @@ class Rollout:
         self.periods = max(1, round(chunk / parameters.sharing_period))
         self.slot_steps = 0  # all steps computed, of vacant slots and finished episodes too
         self._shape = shape
+        self._policy, self._language = parameters.policy, parameters.physics.language
         self._jobs: list[Job | None] = [None] * self.slots
         self._entering = np.zeros(self.slots, bool)
-        self._arena, self._rules, self._keys = _vacant(shape, self.slots)
+        self._like = [(leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(like)]
+        self._arena, self._policies, self._keys = _vacant(shape, like, self.slots)
         mesh = Mesh(np.array(devices), (AXIS,))
         self._shard = partial(_place, mesh)
         self._parameters = jax.device_put(parameters, NamedSharding(mesh, P()))
@@ -121,13 +137,14 @@ class Rollout:
 
     def place(self, slot: int, job: Job) -> None:
         """Give a vacant slot a job; it starts with the next ``advance``."""
-        n, r = self._shape.agents, self._shape.rules
-        if job.action.shape != (n, r) or job.mask.shape[:2] != (n, r):
-            raise InputError(f"solution: {job.action.shape} agents and rules; accepted is ({n}, {r})")
-        one = stack([job.scenario], [job.channels], capacity=self._shape.walls, width=self._shape.channels)
+        arrays = self._policy.arrays(job.given, self._language)
+        found = [(leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(arrays)]
+        if found != self._like:
+            raise InputError(f"policy: its arrays are {found}; accepted are {self._like}, as the others have")
+        shape = self._shape
+        one = stack([job.scenario], [job.channels], capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
         jax.tree.map(partial(_write, slot), self._arena, one)
-        self._rules.mask[..., slot] = job.mask.transpose(2, 1, 0)[: self._shape.words]
-        self._rules.action[..., slot] = job.action.T
+        jax.tree.map(lambda table, leaf: table.__setitem__((..., slot), leaf), self._policies, arrays)
         self._keys[:, slot] = job.key
         self._jobs[slot] = job
         self._entering[slot] = True
@@ -161,37 +178,32 @@ class Rollout:
             steps=int(result.steps[slot]),
             delivered=int(result.delivered[slot]),
             contribution=result.contribution[:, slot].copy(),
-            quality=result.quality[..., slot].T.copy(),
-            strength=result.strength[..., slot].T.copy(),
-            error=result.error[..., slot].T.copy(),
-            usage=result.usage[..., slot].T.copy(),
+            figures=jax.tree.map(lambda leaf: leaf[..., slot].T.copy(), result.figures),
+            measures=jax.tree.map(lambda leaf: leaf[..., slot].copy(), result.measures),
         )
 
-    def _given(self) -> tuple[Arena, Rules, jax.Array]:
+    def _given(self) -> tuple[Arena, Any, jax.Array]:
         """What the host holds for the slots, on the devices. Copied: the host writes into its arrays again."""
-        return self._shard(jax.tree.map(np.copy, (self._arena, self._rules, self._keys)))
+        return self._shard(jax.tree.map(np.copy, (self._arena, self._policies, self._keys)))
 
 
-def _vacant(shape: Shape, slots: int) -> tuple[Any, Any, NDArray[np.uint32]]:
+def _vacant(shape: Shape, like: Any, slots: int) -> tuple[Any, Any, NDArray[np.uint32]]:
     """Host arrays for the slots; a vacant slot has no time at all, so that its episode is over."""
     nowhere = Scenario(
         environment="vacant",
         seed=0,
         sink=np.zeros(2, np.float32),
         sink_estimate=np.zeros(2, np.float32),
-        jammer=None,
+        jammers=(),
         vertical=np.zeros((0, 3), np.float32),
         horizontal=np.zeros((0, 3), np.float32),
         wall_thickness=0.0,
         start=np.zeros((shape.agents, 2), np.float32),
         time_limit=0,
     )
-    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels)
-    rules = Rules(
-        mask=np.zeros((shape.words, shape.rules, shape.agents, slots), np.uint32),  # type: ignore[arg-type]
-        action=np.zeros((shape.rules, shape.agents, slots), np.uint8),  # type: ignore[arg-type]
-    )
-    return arena, rules, np.zeros((2, slots), np.uint32)
+    arena = stack([nowhere] * slots, [(0,)] * slots, capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
+    policies = jax.tree.map(lambda leaf: np.zeros((*leaf.shape, slots), leaf.dtype), like)
+    return arena, policies, np.zeros((2, slots), np.uint32)
 
 
 def _write(slot: int, table: NDArray[Any], one: NDArray[Any]) -> None:
@@ -207,16 +219,16 @@ def _place(mesh: Mesh, tree: Any) -> Any:
     return jax.device_put(tree, jax.tree.map(lambda spec: NamedSharding(mesh, spec), _specs(tree)))
 
 
-def _episode(given: tuple[Arena, Rules, jax.Array], parameters: Parameters) -> Any:
+def _episode(given: tuple[Arena, Any, jax.Array], parameters: Parameters) -> Any:
     """Shapes and types of the slots' episodes."""
     return jax.eval_shape(episodes.begin, *given, parameters)
 
 
 def _refill(
-    episode: Episode, arena: Arena, rules: Rules, key: jax.Array, entering: jax.Array, parameters: Parameters
+    episode: Episode, arena: Arena, policy: Any, key: jax.Array, entering: jax.Array, parameters: Parameters
 ) -> Episode:
     """Begin the episodes that enter."""
-    fresh = episodes.begin(arena, rules, key, parameters)
+    fresh = episodes.begin(arena, policy, key, parameters)
     return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
 
 

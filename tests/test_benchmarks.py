@@ -28,7 +28,7 @@ def workload() -> Workload:
     settings = settings_of("urban/short", agents=3, rules=10, compute=Compute(devices=1, chunk=20, cache=False))
     made = random_workload(settings, len(LIMITS), median=False)
     cut = tuple(made.cut(limit).scenarios[i] for i, limit in enumerate(LIMITS))
-    return Workload(made.settings, made.channels, made.words, cut, made.solutions)
+    return Workload(made.settings, made.channels, made.language, cut, made.solutions)
 
 
 class Slots:
@@ -97,7 +97,7 @@ def test_counted_steps_are_those_of_the_episodes_and_peers_make_as_many(workload
 def test_everybody_has_the_same_scenarios_rules_and_keys(workload):
     pytest.importorskip("numba")
     from benchmarks.peers import Peers
-    from slcs2_jax.reference.inputs import unpack_clauses
+    from tests.oracle.inputs import unpack_clauses
 
     peers = Peers.of(workload, 5, fastmath=False)
     assert len({tuple(key) for key in peers.keys}) == 5
@@ -111,8 +111,8 @@ def test_everybody_has_the_same_scenarios_rules_and_keys(workload):
             len(job.scenario.horizontal),
         )
         assert world.time_limit == job.scenario.time_limit
-        np.testing.assert_array_equal(unpack_clauses(peers.rules[episode].mask), job.mask)
-        np.testing.assert_array_equal(peers.rules[episode].action, job.action)
+        np.testing.assert_array_equal(unpack_clauses(peers.rules[episode].mask), job.given.mask)
+        np.testing.assert_array_equal(peers.rules[episode].action, job.given.action)
         np.testing.assert_array_equal(peers.keys[episode], job.key)
 
 
@@ -190,7 +190,7 @@ def test_a_saved_solution_plays_in_every_episode(workload, tmp_path):
     found = saved_workload(settings, tmp_path / "one.npz", 2, median=True)
     assert (found.settings.swarm.agents, found.settings.rules.rules) == (3, 10)
     for episode in range(3):
-        np.testing.assert_array_equal(found.job(episode).mask, rules.mask)
+        np.testing.assert_array_equal(found.job(episode).given.mask, rules.mask)
         assert found.job(episode).scenario is found.scenarios[0], "all in the median scenario"
     assert found.channels == workload.channels
 

@@ -1,6 +1,6 @@
-"""The fast path against the plain reference: every step of episodes, and short episodes from end to end.
+"""The fast path against the plain oracle: every step of episodes, and short episodes from end to end.
 
-The reference (float64, scalar) plays; each of its states is handed to the fast path (float32, batched), which makes the
+The oracle (float64, scalar) plays; each of its states is handed to the fast path (float32, batched), which makes the
 same step. So a rounding that tips a comparison, which does happen once in thousands of steps, cannot hide what follows.
 """
 
@@ -19,15 +19,15 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings, World
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
-from slcs2_jax.policy.classifier import Rules
-from slcs2_jax.reference import compiled
-from slcs2_jax.reference.inputs import make_params, make_rules, make_world
-from slcs2_jax.reference.memory import set_history
-from slcs2_jax.reference.model import new_state, new_work
+from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm.state import State
 from slcs2_jax.world.arena import stack
 from slcs2_jax.world.scenario import make_scenario
+from tests.oracle import compiled
+from tests.oracle.inputs import make_params, make_rules, make_world
+from tests.oracle.memory import set_history
+from tests.oracle.model import new_state, new_work
 
 ENVIRONMENTS = ("open", "jammed", "urban", "urban_jammed")
 GRAMMARS = ("main", "channel", "power", "both")
@@ -80,8 +80,8 @@ def copy_state(state: tuple) -> tuple:
     return type(state)(*(np.copy(field) for field in state))
 
 
-def play_reference(case: SimpleNamespace, steps: int, keep: Container[int]) -> tuple[list, list, list]:
-    """Let the reference play; returns its states before and after the steps to keep, and the actions taken."""
+def play_oracle(case: SimpleNamespace, steps: int, keep: Container[int]) -> tuple[list, list, list]:
+    """Let the oracle play; returns its states before and after the steps to keep, and the actions taken."""
     functions = compiled.library()
     state, work = new_state(case.world, case.rules, case.params), new_work(case.world, case.rules)
     key0, key1 = map(int, case.key)
@@ -100,7 +100,7 @@ def play_reference(case: SimpleNamespace, steps: int, keep: Container[int]) -> t
 
 
 def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
-    """The reference's states as one batch of the fast path."""
+    """The oracle's states as one batch of the fast path."""
     count = len(states)
 
     def last(field: str, dtype: type = np.float32) -> np.ndarray:
@@ -139,7 +139,7 @@ def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
         contribution=jnp.asarray(last("contribution", np.int32)),
         interference=jnp.asarray(last("interference").swapaxes(0, 1)),
     )
-    if case.scenario.jammer is None:  # the reference parks an absent jammer elsewhere
+    if case.scenario.jammer is None:  # the oracle parks an absent jammer elsewhere
         state = dataclasses.replace(
             state,
             node_x=state.node_x.at[-1].set(fresh.state.node_x[-1]),
@@ -158,14 +158,13 @@ def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
 
 
 @jax.jit
-def fast_step(episode: Episode, parameters: Parameters) -> tuple[State, object, object]:
+def fast_step(episode: Episode, parameters: Parameters) -> tuple[State, object, tuple[jax.Array, jax.Array]]:
     """One step, and sharing where it is due."""
     stepped, moment = episodes.step(episode, parameters)
-    outcome = moment.outcome
     shared = knowledge.share(stepped.state)
     due = stepped.state.t % parameters.sharing_period == 0
     state = jax.tree.map(lambda a, b: jnp.where(due, a, b), shared, stepped.state)
-    return state, stepped.memory, outcome
+    return state, stepped.memory, (moment.outcome.intent.acts, moment.reward)
 
 
 def assert_close(
@@ -178,19 +177,19 @@ def assert_close(
 
 
 @pytest.mark.parametrize(("environment", "grammar", "range_"), CELLS, ids=["-".join(cell) for cell in CELLS])
-def test_every_step_of_an_episode_is_the_references(environment: str, grammar: str, range_: str) -> None:
+def test_every_step_of_an_episode_is_the_oracles(environment: str, grammar: str, range_: str) -> None:
     case = make_case(environment, grammar, range_, seed=CELLS.index((environment, grammar, range_)))
-    before, after, actions = play_reference(case, WIDTH, range(WIDTH))
+    before, after, actions = play_oracle(case, WIDTH, range(WIDTH))
     compare_steps(case, before, after, actions, list(range(WIDTH)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("environment", ENVIRONMENTS)
 @pytest.mark.parametrize("grammar", ["main", "both"])
-def test_steps_all_along_a_whole_episode_are_the_references(environment: str, grammar: str) -> None:
+def test_steps_all_along_a_whole_episode_are_the_oracles(environment: str, grammar: str) -> None:
     case = make_case(environment, grammar, "short", seed=50)
     kept = [t for t in range(20_000) if t % 1000 < 100]
-    before, after, actions = play_reference(case, 20_000, set(kept))
+    before, after, actions = play_oracle(case, 20_000, set(kept))
     assert len(before) >= WIDTH
     for low in range(0, len(before) // WIDTH * WIDTH, WIDTH):
         rows = slice(low, low + WIDTH)
@@ -201,7 +200,7 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
     """One fast step from each state before must give the state after."""
     count = len(before)
     batch = to_batch(case, before, times)
-    state, memory, outcome = jax.device_get(fast_step(batch, case.parameters))
+    state, memory, (acted, reward) = jax.device_get(fast_step(batch, case.parameters))
     expected = jax.device_get(to_batch(case, after, [t + 1 for t in times]))
     want, learnt = expected.state, expected.memory
 
@@ -220,7 +219,6 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
         agree &= (a == b).reshape(-1, count).all(axis=0)
     assert agree.mean() >= 0.99, f"only {agree.mean():.2%} of steps have the same outcome"
 
-    acted = outcome.acts
     np.testing.assert_array_equal(acted[:, agree], (np.stack(actions, axis=-1) != 255)[:, agree])
     assert_close("x", state.node_x[:-3], want.node_x[:-3], agree, 2e-3, 0)
     assert_close("y", state.node_y[:-3], want.node_y[:-3], agree, 2e-3, 0)
@@ -231,11 +229,11 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
     assert_close("interference", state.interference[used], want.interference[used], agree, 0, 2e-3)
     assert_close("quality", memory.quality, learnt.quality, agree, 2e-3, 1e-3)
     assert_close("error", memory.error, learnt.error, agree, 2e-3, 1e-3)
-    assert_close("reward", np.where(acted, outcome.reward, 0), np.where(acted, learnt.reward, 0), agree, 2e-3, 1e-3)
+    assert_close("reward", np.where(acted, reward, 0), np.where(acted, learnt.reward, 0), agree, 2e-3, 1e-3)
 
 
 @pytest.mark.parametrize(("environment", "grammar"), [("open", "main"), ("urban_jammed", "both")])
-def test_short_episodes_end_as_the_references(environment: str, grammar: str) -> None:
+def test_short_episodes_end_as_the_oracles(environment: str, grammar: str) -> None:
     """From deployment to the figures of the evaluation, without help; rounding may lead some astray."""
     limit, count = 120, 16
     cases = []
@@ -265,12 +263,12 @@ def test_short_episodes_end_as_the_references(environment: str, grammar: str) ->
     for b, case in enumerate(cases):
         outcome = compiled.run_episode(case.world, case.rules, case.params, *map(int, case.key))
         assert result.steps[b] == outcome.steps == limit
-        if not np.array_equal(result.usage[..., b].T, outcome.usage):
+        if not np.array_equal(result.figures.usage[..., b].T, outcome.usage):
             continue
         same += 1
         assert result.delivered[b] == outcome.delivered
         np.testing.assert_array_equal(result.contribution[:, b], outcome.contribution)
-        np.testing.assert_allclose(result.quality[..., b].T, outcome.quality, atol=5e-3)
-        np.testing.assert_allclose(result.error[..., b].T, outcome.error, atol=5e-3)
-        np.testing.assert_allclose(result.strength[..., b].T, outcome.strength, atol=5e-3)
+        np.testing.assert_allclose(result.figures.quality[..., b].T, outcome.quality, atol=5e-3)
+        np.testing.assert_allclose(result.figures.error[..., b].T, outcome.error, atol=5e-3)
+        np.testing.assert_allclose(result.figures.strength[..., b].T, outcome.strength, atol=5e-3)
     assert same >= count / 2

@@ -29,7 +29,7 @@ class Driver(types.ModuleType):
         self.calls.append(list(settings))
         return [self._end(one) for one in settings]
 
-    def deploy_behaviour(self, settings, behaviour, *, deployments, report=None):
+    def deploy_list(self, settings, behaviour, *, deployments, report=None):
         """Fitness is as the setting and the deployment's number say."""
         self.deployed.append(list(settings))
         kind = types.SimpleNamespace
@@ -72,7 +72,7 @@ def driver(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
     monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
     deployed = types.ModuleType("slcs2_jax.running.deployed")
-    deployed.deploy_behaviour = stub.deploy_behaviour  # type: ignore[attr-defined]
+    deployed.deploy_list = stub.deploy_list  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.setattr(runtime, "describe_devices", lambda compute: "test")
@@ -183,12 +183,12 @@ def test_the_designed_behaviour_is_deployed_once_in_the_same_worlds(driver, tmp_
 
 
 def test_a_behaviour_that_has_changed_is_not_mixed_with_what_it_was(driver, silent, tmp_path, monkeypatch, capsys):
-    from slcs2_jax.policy import decision_text as behaviour
+    from slcs2_jax.policy import decision_list as behaviour
 
     tiny = ["environment=open", "range=short", "generations=1", "run_dir=root", "arm=designed"]
     assert cli.main(["experiment", "designed", "instances=1", *tiny]) == 0
-    other = behaviour.parse_behaviour("packet held => move toward sink", name="designed")
-    monkeypatch.setattr(behaviour, "load_behaviour", lambda name: other)
+    other = behaviour.parse_decision_list("packet held => move toward sink", name="designed")
+    monkeypatch.setattr(behaviour, "load_decision_list", lambda name: other)
     assert cli.main(["experiment", "designed", "instances=2", *tiny]) == 2
     assert "designed was another behaviour when it was deployed there" in capsys.readouterr().err
     assert folders(tmp_path / "root") == ["designed/open_short/seed_000"]

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import itertools
+import operator
 
 import jax
 import numpy as np
@@ -11,14 +12,16 @@ import pytest
 from slcs2_jax.config import InputError, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.episode import Parameters
 from slcs2_jax.grammar import Grammar, load_grammar, random_rule_sets
+from slcs2_jax.grammar.language import Language
+from slcs2_jax.policy.rules import Rules as Compiled
 from slcs2_jax.rollout import LANES, Done, Job, Rollout, Shape
 from slcs2_jax.search import deployment_key
 from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.scenario import Scenario, make_scenario
 
 AGENTS, RULES = 4, 20
-COUNTS = ("steps", "delivered", "contribution", "usage")
-REALS = ("quality", "strength", "error")
+COUNTS = ("steps", "delivered", "contribution", "figures.usage")
+REALS = ("figures.quality", "figures.strength", "figures.error")
 NUMBERS = range(6)  # of the jobs that most tests compare
 
 # near enough for some random rules to deliver every packet before the time limit
@@ -52,13 +55,13 @@ def rollout(world: str = "open", *, devices: int = 1, width: int = LANES, chunk:
     used = grammar(world)
     shape = Shape(
         agents=AGENTS,
-        rules=RULES,
-        words=used.words,
         channels=len(used.channels_used),
         walls=wall_capacity([scenario(world, number) for number in range(20)]),
     )
-    parameters = Parameters.of(SETTINGS[world])
-    return Rollout(parameters, shape, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk)
+    language = Language.of([used])
+    parameters = Parameters.of(SETTINGS[world], language=language)
+    like = Compiled.like(RULES, AGENTS, language)
+    return Rollout(parameters, shape, like, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk)
 
 
 @functools.cache
@@ -66,7 +69,7 @@ def job(world: str, number: int) -> Job:
     """A deployment of a random solution in one of twenty worlds."""
     rules = random_rule_sets(grammar(world), AGENTS, RULES, np.random.default_rng(number))
     site = scenario(world, number % 20)
-    return Job(number, site, grammar(world).channels_used, rules.mask, rules.action, deployment_key(number, 0, 0))
+    return Job(number, site, grammar(world).channels_used, rules, deployment_key(number, 0, 0))
 
 
 def finish(slots: Rollout, limit: int = 200) -> list[Done]:
@@ -99,9 +102,8 @@ def play(slots: Rollout, world, numbers, places=None) -> dict[int, Done]:
 def assert_same(left: dict[int, Done], right: dict[int, Done], fields=COUNTS + REALS) -> None:
     assert left.keys() == right.keys()
     for name, field in itertools.product(left, fields):
-        np.testing.assert_array_equal(
-            getattr(left[name], field), getattr(right[name], field), err_msg=f"{field} of job {name}"
-        )
+        found, expected = operator.attrgetter(field)(left[name]), operator.attrgetter(field)(right[name])
+        np.testing.assert_array_equal(found, expected, err_msg=f"{field} of job {name}")
 
 
 @functools.cache
@@ -114,8 +116,8 @@ def alone(world: str) -> dict[int, Done]:
 def test_the_jobs_are_worth_comparing(world):
     done = alone(world).values()
     assert any(one.delivered for one in done), "nobody delivers"
-    assert len({one.usage.tobytes() for one in done}) == len(done)
-    assert all(one.usage.any() and one.error.any() for one in done)
+    assert len({one.figures.usage.tobytes() for one in done}) == len(done)
+    assert all(one.figures.usage.any() and one.figures.error.any() for one in done)
     if world == "open":
         assert len({one.steps for one in done}) > 2, "no episodes end at different times"
 
@@ -163,7 +165,7 @@ def test_other_widths_give_the_same_counts_and_nearly_the_same_reals(world):
     wide = play(rollout(world, width=3 * LANES), world, NUMBERS)
     assert_same(wide, alone(world), COUNTS)
     for number, field in itertools.product(wide, REALS):
-        left, right = getattr(wide[number], field), getattr(alone(world)[number], field)
+        left, right = map(operator.attrgetter(field), (wide[number], alone(world)[number]))
         np.testing.assert_allclose(left, right, rtol=1e-3, atol=1e-3, err_msg=field)
 
 
@@ -195,6 +197,6 @@ def test_steps_computed_are_counted_for_vacant_slots_too():
 @pytest.mark.parametrize("size", [(AGENTS + 1, RULES), (AGENTS, RULES - 1)])
 def test_a_job_of_another_size_is_refused(size):
     rules = random_rule_sets(grammar("open"), *size, np.random.default_rng(0))
-    with pytest.raises(InputError, match=r"solution: .* accepted is \(4, 20\)"):
-        rollout().place(0, dataclasses.replace(job("open", 0), mask=rules.mask, action=rules.action))
+    with pytest.raises(InputError, match=r"policy: its arrays are .*; accepted are .*\(3, 20, 4\).*\(20, 4\)"):
+        rollout().place(0, dataclasses.replace(job("open", 0), given=rules))
     assert len(rollout().vacant()) == LANES

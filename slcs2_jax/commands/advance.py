@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from slcs2_jax.config.escape import terminal
+
 if TYPE_CHECKING:
     from slcs2_jax.config import Compute, Settings
     from slcs2_jax.results import RunSummary
@@ -54,7 +56,7 @@ def _compute(settings: Sequence[Settings]) -> Compute:
 
 def print_run(summary: RunSummary) -> None:
     """A table of its instances, and where the time went."""
-    print(f"run folder {summary.run_dir}")
+    print(f"run folder {terminal(summary.run_dir)}")
     print(f"{'seed':>10} {'best':>8} {'fresh mean':>11} {'fresh sd':>9} {'evaluations':>12} {'env-steps':>14}")
     for i in summary.instances:
         print(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def conclude(root: str, cells: Sequence[Split]) -> None:
         drawing.save(lambda: figure.calibration_figure(found), place / "calibration")
     for fit in sorted(found, key=lambda fit: float("inf") if fit.misfit is None else fit.misfit)[:5]:
         print(f"misfit {fit.misfit:.3f}  {fit.point.kind:7}  {fit.point.name}")
-    print(f"table {place / 'calibration.md'}", flush=True)
+    print(f"table {terminal(str(place / 'calibration.md'))}", flush=True)
 
 
 def _missing(notebook: Any, cells: Sequence[Split]) -> list[tuple[Point, list[Split]]]:
@@ -111,13 +112,13 @@ def _missing(notebook: Any, cells: Sequence[Split]) -> list[tuple[Point, list[Sp
 
 
 def _estimates(runs: Sequence[Settings], own: Mapping[str, Any]) -> list[Estimate]:
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.running import driver
-    from slcs2_jax.running.deployed import deploy_behaviour
+    from slcs2_jax.running.deployed import deploy_list
     from slcs2_jax.study.calibration import Estimate
 
     count = own["calibration"]["deployments"]
-    designed = deploy_behaviour(runs, load_behaviour(BEHAVIOUR), deployments=count)
+    designed = deploy_list(runs, load_decision_list(BEHAVIOUR), deployments=count)
     short = [
         dataclasses.replace(one, run_dir=None, search=dataclasses.replace(one.search, fresh_deployments=1))
         for one in runs  # nobody looks at the winner's fresh deployments

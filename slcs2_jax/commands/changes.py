@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def folder_and_changes(command: str, arguments: Sequence[str], accepted: Sequence[str]) -> tuple[str, dict[str, Any]]:
     """The folder and the values of the settings that are given. Raises InputError if one of them is not accepted."""
-    from yaml import YAMLError, safe_load  # type: ignore[import-untyped]
+    from slcs2_jax.config.yaml_text import parse_yaml
 
     folders = [argument for argument in arguments if "=" not in argument]
     if len(folders) != 1 or folders[0].startswith("-"):
@@ -27,8 +27,8 @@ def folder_and_changes(command: str, arguments: Sequence[str], accepted: Sequenc
         if name not in accepted:
             raise refuse("setting", name, "one of " + ", ".join(accepted) + "; the rest stays as the run began")
         try:
-            changes[name] = safe_load(text)
-        except YAMLError:
+            changes[name] = parse_yaml(text)
+        except InputError:
             raise refuse(name, text, "a number, a text, true, false or null") from None
     return folders[0], changes
 

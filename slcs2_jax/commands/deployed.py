@@ -17,15 +17,16 @@ BEHAVIOUR = "behaviour"  # in the record: its text
 
 def check_deployable(planned: Planned) -> bool:
     """Is the run there already? Raises InputError if its folder holds another, or there is no such behaviour."""
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.config.door import present
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results.reading import read_summary
     from slcs2_jax.results.run_config import CONFIG, check_same, read_config
     from slcs2_jax.results.run_folder import check_free
     from slcs2_jax.study.collect import CONTROLLER
 
-    behaviour = load_behaviour(str(planned.controller))
+    behaviour = load_decision_list(str(planned.controller))
     folder = Path(str(planned.settings.run_dir))
-    if not (folder / CONFIG).exists():
+    if not present(folder / CONFIG):
         check_free(folder)
         return False
     found = read_config(folder)
@@ -49,24 +50,25 @@ def deploy(planned: Sequence[Planned]) -> None:
 
 def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax import runtime
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.config.door import present
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
     from slcs2_jax.study.collect import CONTROLLER, DEPLOYED
 
     first = planned[0].settings
     count = first.search.fresh_deployments
-    behaviour = load_behaviour(str(planned[0].controller))
+    behaviour = load_decision_list(str(planned[0].controller))
     runtime.configure(first.compute)
-    from slcs2_jax.running.deployed import deploy_behaviour
+    from slcs2_jax.running.deployed import deploy_list
 
     settings = [one.settings for one in planned]
     with Progress(count, label=f"{first.world.range} {first.world.environment}: deployment") as report:
-        deployments = deploy_behaviour(settings, behaviour, deployments=count, report=report)
+        deployments = deploy_list(settings, behaviour, deployments=count, report=report)
     device = runtime.describe_devices(first.compute)
     for one, [own] in zip(settings, deployments, strict=True):
         path = Path(str(one.run_dir))
-        if (path / CONFIG).exists():  # interrupted before its figures were written
+        if present(path / CONFIG):  # interrupted before its figures were written
             folder = RunFolder(path, read_config(path))
         else:
             record = {CONTROLLER: planned[0].controller, BEHAVIOUR: behaviour.text}

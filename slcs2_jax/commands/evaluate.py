@@ -100,16 +100,16 @@ def _solution(config: dict[str, Any], own: dict[str, Any], job: Job) -> _What:
 def _behaviour(config: dict[str, Any], controller: Any) -> _What:
     from slcs2_jax.commands.deployed import BEHAVIOUR
     from slcs2_jax.config import settings_from
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.study.collect import CONTROLLER
 
-    behaviour = load_behaviour(str(controller))
+    behaviour = load_decision_list(str(controller))
     settings = settings_from(config)
 
     def evaluate(deployments: int, report: Report) -> EvaluationSummary:
         from slcs2_jax.running import driver
 
-        return driver.evaluate_behaviour(settings, behaviour, deployments=deployments, report=report)
+        return driver.evaluate_list(settings, behaviour, deployments=deployments, report=report)
 
     return _What(settings, {CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
 

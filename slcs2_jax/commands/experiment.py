@@ -146,10 +146,11 @@ def _planned(job: Job) -> list[Planned]:
 
 def _begun(settings: Settings) -> Settings:
     """A run that was begun with more generations keeps them: its first ones are those that are asked for."""
+    from slcs2_jax.config.door import present
     from slcs2_jax.results.run_config import CONFIG, read_config
 
     folder = Path(str(settings.run_dir))
-    if not (folder / CONFIG).exists():
+    if not present(folder / CONFIG):
         return settings
     begun = read_config(folder).settings.search.generations
     if begun <= settings.search.generations:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse, show
 
 if TYPE_CHECKING:
@@ -72,8 +74,10 @@ def new_file(path: str | None) -> Path | None:
     """Where output goes, None for the terminal. Raises InputError if the file exists or its folder does not."""
     if path is None:
         return None
+    from slcs2_jax.config.door import present
+
     file = Path(path)
-    if file.exists():
+    if present(file):
         raise InputError(f"out={show(path)}: exists; accepted is a new file")
     if not file.parent.is_dir():
         raise InputError(f"out={show(path)}: there is no folder {show(str(file.parent))}; accepted is a file in one")
@@ -82,10 +86,11 @@ def new_file(path: str | None) -> Path | None:
 
 def look_into(path: str) -> FinishedRun:
     """The run of evolution in a folder; says so if it has not ended. Raises InputError if the folder holds none."""
+    from slcs2_jax.config.door import present
     from slcs2_jax.results import read_run
     from slcs2_jax.results.run_config import CONFIG, read_config
 
-    if not (Path(path) / CONFIG).is_file():
+    if not present(Path(path) / CONFIG):
         raise InputError(f"run={show(path)}: holds no run; accepted is the folder of a run")
     if not read_config(Path(path)).evolves:
         raise InputError(f"run={show(path)}: holds an evaluation; accepted is the folder of a run of evolution")
@@ -93,8 +98,8 @@ def look_into(path: str) -> FinishedRun:
     if run.summary is None:
         done = len(run.rows) / run.settings.instances
         print(
-            f"{path} has not ended: {done:.0f} of {run.settings.search.generations} generations; shown is what was "
-            "saved last",
+            f"{terminal(path)} has not ended: {done:.0f} of {run.settings.search.generations} generations; shown is "
+            "what was saved last",
             file=sys.stderr,
         )
     return run
@@ -104,7 +109,7 @@ def look_at(path: str, instance: int, member: str) -> SavedSolution:
     """The solution that is asked for: in a run folder, or a saved one itself. Raises InputError if there is none."""
     from slcs2_jax.results import load_solution
 
-    if Path(path).is_file():
+    if Path(path).suffix == ".npz" or os.path.isfile(path):
         return load_solution(path)
     run = look_into(path)
     from slcs2_jax.looking.solutions import member_of

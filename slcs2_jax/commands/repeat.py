@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.changes import changed, folder_and_changes
+from slcs2_jax.config.door import present, reading
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import show
+from slcs2_jax.results.files import names_in, storing
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -28,6 +31,7 @@ Exit code: 0 every file of the results is the same, 3 one differs, 2 bad input, 
 """
 _ACCEPTED = ("into", "compute.devices", "compute.cache")
 _NOT_MATCHED = 3
+_LARGEST = 2**50  # bytes of a file that is compared; no more of it is read than the repeated one has
 
 
 def run(arguments: list[str]) -> int:
@@ -39,6 +43,7 @@ def run(arguments: list[str]) -> int:
     folder, into = Path(name), changes.pop("into", None)
     config = read_config(folder)
     _check_repeatable(folder, config)
+    _files(folder)
     grammar = read_grammar(folder, config)
     if into is not None:
         check_free(str(into))
@@ -87,25 +92,44 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
 
 def _compare(one: Path, other: Path) -> int:
     """Print a line for each file of results; 0 if all are the same."""
-    before, now = _results(one), _results(other)
+    before, now = _files(one), _files(other)
     differing = 0
     for name in sorted(before.keys() | now.keys()):
         if name not in now or name not in before:
             words = "only in the repeated run" if name in now else "not in the repeated run"
         else:
-            words = "same" if before[name] == now[name] else "DIFFERS" + _where(name, before[name], now[name])
+            words = _difference(name, before[name], now[name])
         differing += words != "same"
-        print(f"{name:40} {words}")
+        print(f"{terminal(name):40} {words}")
     print("it came to the same" if not differing else f"{differing} files differ", flush=True)
     return _NOT_MATCHED if differing else 0
 
 
-def _results(folder: Path) -> dict[str, bytes]:
+def _files(folder: Path) -> dict[str, Path]:
+    """The files of the results by name. Raises InputError if one of them is a link or the like."""
     from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SOLUTIONS, SUMMARY
 
-    files = [folder / name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY)]
-    files += [path for path in (folder / SOLUTIONS).glob("*") if path.suffix in (".npz", ".txt")]
-    return {str(path.relative_to(folder)): path.read_bytes() for path in files if path.is_file()}
+    names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY) if present(folder / name)]
+    solutions = names_in(folder / SOLUTIONS, inside=folder)
+    names += [f"{SOLUTIONS}/{name}" for name in solutions if Path(name).suffix in (".npz", ".txt")]
+    for name in names:
+        _read(folder / name, 0, folder)
+    return {name: folder / name for name in names}
+
+
+def _read(file: Path, most: int, folder: Path) -> bytes:
+    """The first `most` bytes of a file in a folder. Raises InputError, StorageError."""
+    try:
+        with storing(file, "read"), reading(file, _LARGEST, inside=folder) as content:
+            return content.read(most)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _difference(name: str, before: Path, now: Path) -> str:
+    new = now.read_bytes()  # we have written it
+    old = _read(before, len(new) + 1, before.parents[name.count("/")])
+    return "same" if old == new else "DIFFERS" + _where(name, old, new)
 
 
 def _where(name: str, before: bytes, now: bytes) -> str:

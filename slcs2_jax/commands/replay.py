@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out
             f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, "
             f"fitness {recordings[-1].fitness:.3f}"
         )
-        print(titles[-1], flush=True)
+        print(terminal(titles[-1]), flush=True)
     _write(recordings, titles, options, out)
 
 
@@ -135,8 +136,8 @@ def _episodes(
     solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
-    from slcs2_jax.looking.solutions import replay, replay_behaviour
-    from slcs2_jax.policy.decision_text import load_behaviour
+    from slcs2_jax.looking.solutions import replay, replay_list
+    from slcs2_jax.policy.decision_list import load_decision_list
 
     place = {"seed": seed, "deployment": options["deployment"]}
     found: list[tuple[str, Compute]] = []
@@ -144,7 +145,7 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["controller"], options["beside"]):
         if name is not None:
-            found.append((Path(name).stem, partial(replay_behaviour, load_behaviour(name), settings, **place)))
+            found.append((Path(name).stem, partial(replay_list, load_decision_list(name), settings, **place)))
     return found
 
 
@@ -168,7 +169,7 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
 
         with own_style():
             write_figure(still(recordings, titles, options["picture"], start=start, end=end, field=field), out)
-        print(f"{options['picture']} {out}", flush=True)
+        print(f"{options['picture']} {terminal(str(out))}", flush=True)
         return
     from slcs2_jax.looking.animation import animate
     from slcs2_jax.results.progress import counting
@@ -188,4 +189,4 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
             field=field,
             after_frame=count,
         )
-    print(f"replay {out}: {frames} frames, {every} time-steps from one to the next", flush=True)
+    print(f"replay {terminal(str(out))}: {frames} frames, {every} time-steps from one to the next", flush=True)

@@ -6,6 +6,7 @@ import sys
 
 from slcs2_jax.commands.advance import advance
 from slcs2_jax.commands.changes import changed, folder_and_changes
+from slcs2_jax.commands.report import print_passed
 
 TAKES_SETTINGS = False
 HELP = """\
@@ -33,7 +34,9 @@ def run(arguments: list[str]) -> int:
     folder, changes = folder_and_changes("resume", arguments, _ACCEPTED)
     from slcs2_jax.results.sweep import runs_below
 
-    settings, others = runs_below(folder)
+    passed: list[str] = []
+    settings, others = runs_below(folder, passed)
+    print_passed(passed)
     if others:
         print(f"{others} evaluations are left alone: the command that began one repeats it", file=sys.stderr)
     if settings:

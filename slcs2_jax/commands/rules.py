@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, subject_and_options
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse
 
 TAKES_SETTINGS = False
@@ -68,7 +69,7 @@ def run(arguments: list[str]) -> int:
         from slcs2_jax.results.files import write_text
 
         write_text(out, text)
-        print(f"rules {out}", flush=True)
+        print(f"rules {terminal(str(out))}", flush=True)
     return 0
 
 

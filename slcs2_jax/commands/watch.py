@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import told_apart
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
@@ -92,6 +93,7 @@ def _lines(watcher: Watcher, every: int) -> None:
 def _table(watcher: Watcher, most: float) -> Table:
     """A row for each world, those that are computed first, as many as fit."""
     from rich.table import Table
+    from rich.text import Text
 
     from slcs2_jax.results.watching import state_of
 
@@ -105,7 +107,7 @@ def _table(watcher: Watcher, most: float) -> Table:
         if place >= most:
             table.add_row(f"and {len(groups) - place} more")
             break
-        table.add_row(name, *_row(runs), state_of(runs))
+        table.add_row(Text(terminal(name)), *_row(runs), state_of(runs))  # a text: brackets are no markup
     return table
 
 

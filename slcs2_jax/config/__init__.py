@@ -1,7 +1,9 @@
 """Configuration: typed, validated, documented settings. Importing this does not start JAX."""
 
 from slcs2_jax.config.errors import InputError, StorageError
-from slcs2_jax.config.model import Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
+from slcs2_jax.config.radio import Radio
 from slcs2_jax.config.schema import settings_from, settings_to_dict
 from slcs2_jax.config.settings import Checkpoint, Compute, Search, Settings
 from slcs2_jax.config.table import Row, settings_table
@@ -10,6 +12,7 @@ __all__ = [
     "Checkpoint",
     "Compute",
     "InputError",
+    "Jammers",
     "Learning",
     "Radio",
     "Row",
@@ -18,6 +21,7 @@ __all__ = [
     "Settings",
     "StorageError",
     "Swarm",
+    "Task",
     "World",
     "settings_from",
     "settings_table",

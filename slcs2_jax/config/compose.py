@@ -18,6 +18,7 @@ from typing import Any
 from slcs2_jax.config.complaints import as_input_error
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
+from slcs2_jax.config.world_text import by_path, with_world_text
 
 Together = Callable[[list["Job"]], list[float]]
 
@@ -70,7 +71,7 @@ def run_hydra(config_name: str, arguments: Sequence[str], together: Together) ->
     from hydra.core.hydra_config import HydraConfig
     from hydra.types import RunMode
 
-    arguments = [_quoted(_grammar_by_path(argument)) for argument in arguments]
+    arguments = [_quoted(_grammar_by_path(by_path(argument))) for argument in arguments]
     single: list[Job | Exception] = []
     own: list[BaseException] = []  # errors of `together`, as opposed to Hydra's
 
@@ -142,7 +143,8 @@ def make_job(config: Any, overrides: Sequence[str], swept: Sequence[str] | None)
 
     plain = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     assert isinstance(plain, dict)
-    return Job({str(key): value for key, value in plain.items()}, tuple(overrides), _label(overrides, swept))
+    config = with_world_text({str(key): value for key, value in plain.items()})
+    return Job(config, tuple(overrides), _label(overrides, swept))
 
 
 def _label(overrides: Sequence[str], swept: Sequence[str] | None) -> str:
@@ -199,7 +201,7 @@ def _quoted(argument: str) -> str:
     """A path that holds what Hydra's grammar would read as syntax, in the quotes that keep it whole."""
     key, equals, value = argument.partition("=")
     plain = not set(value) & set("=(){}[]:;#&!~ '\"") or value[:1] in "'\"" or "${" in value
-    if key not in ("solution", "run_dir") or not equals or plain:
+    if key not in ("solution", "run_dir", "world.file") or not equals or plain:
         return argument
     # a backslash is itself, except before the quote that ends the text or stands in it
     escaped = re.sub(r"(\\*)(')", r"\1\1\\\2", value)

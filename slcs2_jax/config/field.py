@@ -7,10 +7,13 @@ import math
 import numbers
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, get_args, get_type_hints
+from types import UnionType
+from typing import Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 
+LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
 
 STATUS_MEANING: dict[Status, str] = {
@@ -29,8 +32,10 @@ _FALSE = frozenset({"false", "off", "no"})
 class Doc:
     """What is said about a field, and what it accepts.
 
-    `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings;
-    `name` is what a user types if it differs from section.field; `reason` says where the value comes from.
+    `low`/`high` are inclusive bounds, the upper one unless `high_open`; of a tuple's numbers, which are `distinct` or
+    not, and `fewest` to `most` in number. `options` lists the accepted strings; `part` is the kind of part (see
+    `registry`) whose names are accepted instead. `name` is what a user types if it differs from section.field;
+    `reason` says where the value comes from.
     """
 
     help: str
@@ -40,8 +45,20 @@ class Doc:
     low: float | None = None
     high: float | None = None
     high_open: bool = False
+    fewest: int = 0
+    most: int = 0
+    distinct: bool = False
     options: tuple[str, ...] = ()
+    part: str = ""
     name: str | None = None
+
+    def choices(self) -> tuple[str, ...]:
+        """The accepted strings; () if any is."""
+        if not self.part:
+            return self.options
+        from slcs2_jax.config.registry import KINDS  # which refuses names in the words of this module
+
+        return KINDS[self.part].names()
 
 
 def setting(default: Any, help: str, **doc: Any) -> Any:
@@ -51,7 +68,10 @@ def setting(default: Any, help: str, **doc: Any) -> Any:
 
 @dataclass(frozen=True)
 class Described:
-    """A field of a section together with the name a user types, its type and its documentation."""
+    """A field of a section together with the name a user types, its type and its documentation.
+
+    kind: bool, int, float, str, or tuple for a tuple of whole numbers.
+    """
 
     attribute: str
     name: str
@@ -69,28 +89,39 @@ def described(section: type) -> Iterator[Described]:
         doc = field.metadata.get("doc")
         if doc is None:
             continue
-        options = [kind for kind in get_args(hints[field.name]) if kind is not type(None)]
-        kind = options[0] if options else hints[field.name]
+        kind, optional = _kind(hints[field.name])
         name = doc.name or (f"{prefix}.{field.name}" if prefix else field.name)
-        yield Described(field.name, name, kind, bool(options), field.default, doc)
+        yield Described(field.name, name, kind, optional, field.default, doc)
+
+
+def _kind(hint: Any) -> tuple[type, bool]:
+    """The type that a field's annotation stands for, and whether it may be None."""
+    optional = get_origin(hint) in (Union, UnionType)
+    if optional:
+        hint = next(kind for kind in get_args(hint) if kind is not type(None))
+    return get_origin(hint) or hint, optional
 
 
 def show(value: object) -> str:
-    """A value as a user would type it, on one line and never long."""
+    """A value as a user would type it, on one line, printable and never long."""
     if value is None:
         return "null"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, tuple):
+        value = "[" + ",".join(map(show, value)) + "]"
     text = str(value) if isinstance(value, str | int | float) else repr(value)
-    text = " ".join(text.split())
+    text = terminal(" ".join(text.split()))
     return text if len(text) <= 80 else text[:77] + "..."
 
 
 def accepted(field: Described) -> str:
     """In words, what the field accepts."""
     doc = field.doc
-    if doc.options:
-        words = "one of " + ", ".join(doc.options)
+    if choices := doc.choices():
+        words = "one of " + ", ".join(choices) + (", or a name that plugins= brings" if doc.part else "")
+    elif field.kind is tuple:
+        words = f"a list of {doc.fewest} to {doc.most}{' different' * doc.distinct} whole numbers{_bounds(doc)}"
     elif field.kind is bool:
         words = "true or false"
     elif field.kind is str:
@@ -123,14 +154,22 @@ def check(field: Described, value: object) -> Any:
     except (TypeError, ValueError, OverflowError):
         raise refuse(field.name, value, accepted(field)) from None
     doc = field.doc
-    if doc.options and converted not in doc.options:
+    choices = doc.choices()
+    if choices and converted not in choices:
         raise refuse(field.name, value, accepted(field))
-    if field.kind in (int, float):
-        too_low = doc.low is not None and converted < doc.low
-        too_high = doc.high is not None and (converted >= doc.high if doc.high_open else converted > doc.high)
-        if too_low or too_high:
+    if field.kind is tuple:
+        few = len(converted) < doc.fewest or (doc.distinct and len(set(converted)) < len(converted))
+        if few or len(converted) > doc.most or not all(_within(doc, number) for number in converted):
             raise refuse(field.name, value, accepted(field))
+    if field.kind in (int, float) and not _within(doc, converted):
+        raise refuse(field.name, value, accepted(field))
     return converted
+
+
+def _within(doc: Doc, number: float) -> bool:
+    too_low = doc.low is not None and number < doc.low
+    too_high = doc.high is not None and (number >= doc.high if doc.high_open else number > doc.high)
+    return not (too_low or too_high)
 
 
 def _convert(kind: type, value: object) -> Any:
@@ -144,6 +183,10 @@ def _convert(kind: type, value: object) -> Any:
     if kind is str:
         if isinstance(value, str) and value.strip():
             return value
+        raise TypeError
+    if kind is tuple:
+        if isinstance(value, list | tuple):
+            return tuple(_convert(int, number) for number in value)
         raise TypeError
     if isinstance(value, bool):
         raise TypeError

@@ -1,4 +1,4 @@
-"""The model's settings: world, radio, agents, learning and rules (spec sections 2 to 6), with reasons and limits.
+"""The model's settings: world, agents, learning and rules (spec sections 2 and 4 to 6), with reasons and limits.
 
 Statuses are explained in `field.STATUS_MEANING`.
 """
@@ -6,12 +6,12 @@ Statuses are explained in `field.STATUS_MEANING`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
-from slcs2_jax.config.field import Section, refuse, setting, show
-
-LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
-CALIBRATED = "first values that bring results to the paper's magnitude"
+from slcs2_jax.config.field import LEAST, Section, refuse, setting, show
+from slcs2_jax.config.radio import CALIBRATED
+from slcs2_jax.config.world_text import read_world
 
 # What environment= and range= of the command line stand for; conf/environment and conf/range say the same.
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
@@ -85,6 +85,13 @@ class World(Section):
         0.5, "chance of each of a building's six walls to be present", status="paper", low=0, high=1
     )
     wall_thickness: float = setting(1.0, "thickness of a wall", unit="m", status="paper", low=LEAST, high=10)
+    scenario: str = setting(
+        "strip", "what makes the world of a seed; strip is the paper's worlds", status="definition", part="scenario"
+    )
+    file: str | None = setting(
+        None, "a world from a YAML file in place of one made from the seed; typed as world=PATH", status="definition"
+    )
+    content: str | None = setting(None, "the text of world.file, which is read once and kept", status="definition")
 
     @classmethod
     def preset(cls, environment: str = "open", range: str = "short") -> World:
@@ -95,7 +102,14 @@ class World(Section):
             raise refuse("range", range, "one of " + ", ".join(RANGES))
         return cls(environment=environment, range=range, **ENVIRONMENTS[environment], **RANGES[range])
 
+    @classmethod
+    def from_file(cls, path: str | Path) -> World:
+        """The world that a file describes; see `world.world_file` for what it may say. Raises InputError naming it."""
+        return cls(file=str(path), content=read_world(path))
+
     def cross_check(self) -> None:
+        if (self.file is None) != (self.content is None):
+            raise refuse("world.file", self.file, "the path of a file that is read when it is given: World.from_file")
         for name, value in ENVIRONMENTS[self.environment].items():
             if getattr(self, name) != value:
                 raise refuse(f"world.{name}", getattr(self, name), f"{show(value)} with environment={self.environment}")
@@ -108,95 +122,6 @@ class World(Section):
                 "world.building_spacing",
                 self.building_spacing,
                 f"a number up to world.distance={self.distance:g}, so that one building can exist",
-            )
-
-
-@dataclass(frozen=True)
-class Radio(Section):
-    """Propagation, reception and noise (spec section 3)."""
-
-    SECTION: ClassVar[str] = "radio"
-
-    power_dbm: float = setting(
-        20.0,
-        "P_t, full transmission power, the jammer's too",
-        unit="dBm",
-        reason="100 mW, the 2.4 GHz EIRP limit",
-        low=-200,
-        high=200,
-    )
-    half_power_db: float = setting(
-        -3.01, "half power relative to full power", unit="dB", reason="half in linear units", low=-100, high=0
-    )
-    reference_distance: float = setting(
-        1.0, "d0, reference distance of the path loss", unit="m", reason="usual choice", low=LEAST, high=1e4
-    )
-    reference_loss_db: float = setting(
-        40.05,
-        "PL0, path loss at the reference distance",
-        unit="dB",
-        reason="Friis at 2.4 GHz and 1 m",
-        low=-200,
-        high=200,
-    )
-    path_loss_exponent: float = setting(
-        2.8,
-        "gamma, path-loss exponent",
-        status="calibrated",
-        reason="ns-3's default is 3.0, UAV measurements give 2.0-3.0; " + CALIBRATED,
-        low=LEAST,
-        high=10,
-    )
-    shadowing_db: float = setting(
-        4.0,
-        "sigma of the shadowing, drawn per link and step",
-        unit="dB",
-        reason="UAV measurements give 2.8-5.3 dB",
-        low=0,
-        high=20,
-    )
-    wall_loss_db: float = setting(
-        2.0,
-        "L_w, loss per crossed wall",
-        unit="dB",
-        status="calibrated",
-        reason="ns-3: internal wall 5, wood 4; " + CALIBRATED,
-        low=0,
-        high=200,
-    )
-    noise_dbm: float = setting(
-        -94.0, "thermal noise", unit="dBm", reason="-174 + 10 log10(20 MHz) + 7 dB noise figure", low=-200, high=200
-    )
-    receive_threshold_dbm: float = setting(
-        -82.0,
-        "P_rs, weakest signal that is received",
-        unit="dBm",
-        reason="802.11 clear channel assessment at 20 MHz",
-        low=-200,
-        high=200,
-    )
-    sinr_threshold_db: float = setting(
-        10.0, "least signal to interference and noise", unit="dB", reason="ns-2's capture threshold", low=-100, high=100
-    )
-
-    @property
-    def network_range(self) -> float:
-        """net (m): the distance at which the mean received power equals P_rs (spec section 3)."""
-        exponent = (self.power_dbm - self.reference_loss_db - self.receive_threshold_dbm) / (
-            10 * self.path_loss_exponent
-        )
-        return self.reference_distance * 10.0**exponent
-
-    def cross_check(self) -> None:
-        try:
-            usable = 0 < self.network_range < 1e7
-        except OverflowError:
-            usable = False
-        if not usable:
-            raise refuse(
-                "radio.path_loss_exponent",
-                self.path_loss_exponent,
-                "a value that gives a network range below 10000 km with the radio's powers",
             )
 
 
@@ -271,6 +196,23 @@ class Swarm(Section):
         low=0,
         high=1e6,
     )
+    failure_rate: float = setting(
+        0.0, "chance of each agent to fail in a step; 0 is never", status="definition", low=0, high=1
+    )
+    failures_at: tuple[int, ...] = setting(
+        (), "steps in which a share of the agents fails", unit="steps", status="definition", most=100, distinct=True,
+        low=0, high=10**7,
+    )  # fmt: skip
+    failure_share: float = setting(
+        0.25, "share of the agents that fails in each of failures_at", status="definition", low=0, high=1
+    )
+    recovery_steps: float | None = setting(
+        None, "mean time until a failed agent works again; null: never", unit="steps", status="definition",
+        low=1, high=1e7,
+    )  # fmt: skip
+    failure_keeps_packet: bool = setting(
+        False, "does a failing agent keep the packet it holds; off: the packet is lost", status="definition"
+    )
 
 
 @dataclass(frozen=True)
@@ -308,10 +250,23 @@ class Learning(Section):
         low=0,
         high=24,
     )
+    initial_quality: float = setting(
+        0.0, "q of every rule at the start of an episode; above 0 is optimism", status="paper", low=-1e3, high=1e3
+    )
     cost_move: float = setting(0.10, "C_a of a move", reason="small beside one step's progress", low=0, high=1e6)
     cost_communicate: float = setting(
         0.05, "C_a of a send or collect", reason="small beside one step's progress", low=0, high=1e6
     )
+
+
+@dataclass(frozen=True)
+class Task(Section):
+    """When an episode is over, what it scores, and what a step is worth."""
+
+    SECTION: ClassVar[str] = "task"
+
+    name: str = setting("delivery", "when an episode is over, and what it scores", status="paper")
+    reward: str = setting("progress", "what a step is worth to each agent", status="paper")
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,8 @@ def _sets(override: str) -> set[tuple[str, str]]:
     paths = accepted_paths()
     if key not in paths:
         raise unknown_setting(key)
+    if key == "world.file":  # and its text, which was read when the file was named
+        return {("world", "file"), ("world", "content")}
     return {paths[key]}
 
 

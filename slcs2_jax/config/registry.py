@@ -111,10 +111,10 @@ KINDS: dict[str, Registry] = {
             "jammers.emission",
             "when and on which channel a jammer transmits",
             {
-                "reactive": "slcs2_jax.world.emission:Reactive",
-                "constant": "slcs2_jax.world.emission:Constant",
-                "random": "slcs2_jax.world.emission:Random",
-                "sweeping": "slcs2_jax.world.emission:Sweeping",
+                "reactive": "slcs2_jax.world.emission:reactive",
+                "constant": "slcs2_jax.world.emission:constant",
+                "random": "slcs2_jax.world.emission:random",
+                "sweeping": "slcs2_jax.world.emission:sweeping",
             },
         ),
         Registry(
@@ -122,9 +122,9 @@ KINDS: dict[str, Registry] = {
             "jammers.motion",
             "how a jammer moves",
             {
-                "fixed": "slcs2_jax.world.patrol:Fixed",
-                "patrol": "slcs2_jax.world.patrol:Patrol",
-                "pursue": "slcs2_jax.world.patrol:Pursue",
+                "fixed": "slcs2_jax.world.jammer_motion:fixed",
+                "patrol": "slcs2_jax.world.jammer_motion:patrol",
+                "pursue": "slcs2_jax.world.jammer_motion:pursue",
             },
         ),
         Registry(

@@ -94,5 +94,5 @@ def settings_to_dict(settings: Settings) -> dict[str, Any]:
         *parents, last = field.name.split(".")
         for parent in parents:
             place = place.setdefault(parent, {})
-        place[last] = value
+        place[last] = list(value) if isinstance(value, tuple) else value
     return nested

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import Section, refuse, setting
-from slcs2_jax.config.model import LEAST, Learning, Radio, Rules, Swarm, World
+from slcs2_jax.config.field import LEAST, Section, refuse, setting
+from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
+from slcs2_jax.config.radio import Radio
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -130,9 +132,11 @@ class Settings(Section):
 
     world: World = field(default_factory=World)
     radio: Radio = field(default_factory=Radio)
+    jammers: Jammers = field(default_factory=Jammers)
     swarm: Swarm = field(default_factory=Swarm)
     learning: Learning = field(default_factory=Learning)
     rules: Rules = field(default_factory=Rules)
+    task: Task = field(default_factory=Task)
     search: Search = field(default_factory=Search)
     compute: Compute = field(default_factory=Compute)
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
@@ -145,13 +149,13 @@ class Settings(Section):
             if not isinstance(getattr(self, name), kind):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
         world, net = self.world, self.radio.network_range
-        if world.jammer and net >= world.distance / 2:
+        if world.jammer and world.file is None and net >= world.distance / 2:
             raise InputError(
                 f"world.distance={world.distance:g}: no place for the jammer: accepted is more than twice "
                 f"the network range of {net:.4g} m"
             )
         room = START_DISC_SHARE * (1 + 2 * world.start_radius / self.swarm.clearance) ** 2
-        if self.swarm.agents > room:
+        if self.swarm.agents > room and world.file is None:
             raise InputError(
                 f"swarm.agents={self.swarm.agents}: no place for the agents: accepted is at most {int(room)} with "
                 f"world.start_radius={world.start_radius:g} and swarm.clearance={self.swarm.clearance:g}"
@@ -161,9 +165,11 @@ class Settings(Section):
 SECTIONS: dict[str, type[Section]] = {
     "world": World,
     "radio": Radio,
+    "jammers": Jammers,
     "swarm": Swarm,
     "learning": Learning,
     "rules": Rules,
+    "task": Task,
     "search": Search,
     "compute": Compute,
     "checkpoint": Checkpoint,

@@ -13,10 +13,11 @@ import heapq
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.bnf import NonTerminal, Option, Production
-from slcs2_jax.grammar.vocabulary import ACTION_PHRASES, CLAUSE_PHRASES, quote, split_words
+from slcs2_jax.grammar.vocabulary import Vocabulary, quote, split_words
 
 CONDITION, ACTION = 0, 1  # the automaton's states at the start of a condition and of the action
 MAX_WORK = 200_000  # automaton runs that a grammar may take to check; the paper's take some hundreds
@@ -29,14 +30,14 @@ class PhraseAutomaton:
     """Reads a rule word by word. A state is a beginning of some clause or action phrase; `clause` and `action` say
     which it completes."""
 
-    def __init__(self) -> None:
+    def __init__(self, vocabulary: Vocabulary) -> None:
         self.successors: list[dict[str, int]] = [{}, {}]
         self.text = ["", ""]
         self.clause: dict[int, int] = {}
         self.action: dict[int, int] = {}
         for root, phrases, complete in (
-            (CONDITION, CLAUSE_PHRASES, self.clause),
-            (ACTION, ACTION_PHRASES, self.action),
+            (CONDITION, vocabulary.clause_phrases, self.clause),
+            (ACTION, vocabulary.action_phrases, self.action),
         ):
             for number, said in enumerate(phrases):
                 for phrase in said:
@@ -84,7 +85,10 @@ class PhraseAutomaton:
         return f"{before} {what}; what exists there: {', '.join(names)}"
 
 
-AUTOMATON = PhraseAutomaton()
+@lru_cache(maxsize=64)
+def automaton(vocabulary: Vocabulary) -> PhraseAutomaton:
+    """The automaton of a vocabulary, made once."""
+    return PhraseAutomaton(vocabulary)
 
 
 def option_cost(option: Option, costs: dict[str, Cost]) -> Cost:
@@ -165,8 +169,8 @@ class Derivable:
 class _Derivation:
     """The fixed point behind `derive`: ends[name, state] grows until nothing changes."""
 
-    def __init__(self, productions: dict[str, Production]) -> None:
-        self.productions = productions
+    def __init__(self, productions: dict[str, Production], automaton: PhraseAutomaton) -> None:
+        self.productions, self.automaton = productions, automaton
         self.ends: dict[tuple[str, int], set[int]] = {}
         self.users: dict[tuple[str, int], set[tuple[str, int]]] = defaultdict(set)
         self.todo: list[tuple[str, int]] = []
@@ -210,22 +214,23 @@ class _Derivation:
         if key not in self.runs:
             self.work += len(words)
             try:
-                self.runs[key] = AUTOMATON.run(state, words)
+                self.runs[key] = self.automaton.run(state, words)
             except InputError as error:
                 raise InputError(f"line {line}: {error}") from None
         return self.runs[key][0]
 
 
-def derive(productions: dict[str, Production], start: str) -> Derivable:
+def derive(productions: dict[str, Production], start: str, vocabulary: Vocabulary) -> Derivable:
     """Everything that rules derived from `start` can hold. Raises InputError, naming line, word and the words that
     exist, if some derivable text is no rule of known clauses and one known action."""
-    derivation = _Derivation(productions)
+    reader = automaton(vocabulary)
+    derivation = _Derivation(productions, reader)
     ends = derivation.solve(start)
     line = productions[start].line
     for state in sorted(ends):
-        if state not in AUTOMATON.action:
-            problem = AUTOMATON.complaint(state, "")
+        if state not in reader.action:
+            problem = reader.complaint(state, "")
             raise InputError(f"line {line}: <{start}> must derive 'condition => action', but {problem}")
     clauses = {clause for _, done in derivation.runs.values() for clause in done}
-    actions = {AUTOMATON.action[state] for state in ends}
+    actions = {reader.action[state] for state in ends}
     return Derivable(tuple(sorted(clauses)), tuple(sorted(actions)), derivation.runs)

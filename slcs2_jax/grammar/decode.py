@@ -24,7 +24,7 @@ from slcs2_jax.grammar.check import option_cost
 from slcs2_jax.grammar.grammar import Grammar
 from slcs2_jax.grammar.ruleset import Rule, RuleSets, parse_rule_text
 from slcs2_jax.grammar.tables import DecodeTables, shortest_option
-from slcs2_jax.grammar.vocabulary import MASK_WORDS, quote
+from slcs2_jax.grammar.vocabulary import quote
 
 CODONS = 40  # per rule (assumed: spec section 5)
 MAX_CODONS = 1024
@@ -78,11 +78,11 @@ def decode_rule(grammar: Grammar, codons: Sequence[int]) -> Rule:
 
     Raises InputError for an empty string or a codon that is no integer in 0..255.
     """
-    return parse_rule_text(" ".join(decode_words(grammar, codons)))
+    return parse_rule_text(" ".join(decode_words(grammar, codons)), grammar.vocabulary)
 
 
 def decode_rules(grammar: Grammar, codons: NDArray[np.integer]) -> tuple[NDArray[np.uint32], NDArray[np.uint8]]:
-    """The rules of many strings of codons at once: codons integer [K, L] -> mask uint32[K, MASK_WORDS], action
+    """The rules of many strings of codons at once: codons integer [K, L] -> mask uint32[K, W], action
     uint8[K].
 
     Equal to `decode_rule` row by row. Raises InputError if codons is no integer array [K, L >= 1] of values 0..255.
@@ -96,7 +96,7 @@ def decode_rules(grammar: Grammar, codons: NDArray[np.integer]) -> tuple[NDArray
             raise InputError(f"codons: {bad[0]} is not a whole number in 0..255")
         codons = codons.astype(np.uint8)
     count = codons.shape[0]
-    mask = np.zeros((count, MASK_WORDS), np.uint32)
+    mask = np.zeros((count, grammar.vocabulary.words), np.uint32)
     action = np.zeros(count, np.uint8)
     for begin in range(0, count, _BLOCK):
         block = slice(begin, begin + _BLOCK)
@@ -107,7 +107,7 @@ def decode_rules(grammar: Grammar, codons: NDArray[np.integer]) -> tuple[NDArray
 def _decode_block(
     tables: DecodeTables, codons: NDArray[np.uint8], mask: NDArray[np.uint32], action: NDArray[np.uint8]
 ) -> None:
-    """Run the stack machine on codons [K, L] until every rule is whole; fill mask [K, MASK_WORDS] (zero before) and
+    """Run the stack machine on codons [K, L] until every rule is whole; fill mask [K, W] (zero before) and
     action [K]."""
     count, length = codons.shape
     flat = codons.ravel()
@@ -159,7 +159,7 @@ def _decode_block(
 def random_rules(
     grammar: Grammar, count: int, rng: np.random.Generator, *, codons: int = CODONS
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint8]]:
-    """`count` rules decoded from uniform random codons: mask uint32[count, MASK_WORDS], action uint8[count].
+    """`count` rules decoded from uniform random codons: mask uint32[count, W], action uint8[count].
 
     The generator is drawn from once, for count * codons bytes. Raises InputError for a negative count or codons
     outside 1..1024.
@@ -179,4 +179,4 @@ def random_rule_sets(
     of_kind("grammar", grammar, Grammar)
     of_kind("rng", rng, np.random.Generator)
     mask, action = random_rules(grammar, agents * rules, rng, codons=codons)
-    return RuleSets(mask.reshape(agents, rules, MASK_WORDS), action.reshape(agents, rules))
+    return RuleSets(mask.reshape(agents, rules, -1), action.reshape(agents, rules), grammar.vocabulary)

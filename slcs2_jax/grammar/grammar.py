@@ -7,13 +7,15 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
+from typing import Any
 
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.settings import Settings
 from slcs2_jax.grammar.bnf import Production, read_bnf
 from slcs2_jax.grammar.check import Cost, derive, shortest_derivations
 from slcs2_jax.grammar.source import MAX_BYTES, read_source
 from slcs2_jax.grammar.tables import DecodeTables, compile_tables
-from slcs2_jax.grammar.vocabulary import ACTIONS, CLAUSES, quote
+from slcs2_jax.grammar.vocabulary import PAPER, WORD_BITS, Vocabulary, quote
 
 GRAMMARS = ("main", "channel", "power", "both")
 MAX_CLAUSES = 64  # the greatest max_clauses accepted
@@ -37,18 +39,36 @@ class Grammar:
     clauses: tuple[int, ...] = field(repr=False)
     actions: tuple[int, ...] = field(repr=False)
     tables: DecodeTables = field(repr=False)
+    vocabulary: Vocabulary = field(repr=False)
+
+    @classmethod
+    def of(cls, settings: Settings, text: str | None = None) -> Grammar:
+        """The grammar that settings name, over all parts that are registered now; from its `text` if that is at hand.
+
+        Raises InputError as `load_grammar` and `parse_grammar` do.
+        """
+        rules = settings.rules
+        options: dict[str, Any] = {
+            "max_clauses": rules.max_clauses,
+            "single_option_consumes": rules.single_option_consumes,
+            "vocabulary": Vocabulary.current(settings.radio.channels),
+        }
+        if text is None:
+            return load_grammar(rules.grammar, **options)
+        return parse_grammar(text, name=rules.grammar, **options)
 
     @cached_property
     def channels_used(self) -> tuple[int, ...]:
-        """Indices into CHANNELS on which its rules transmit or of which they measure the noise, ascending; (0,) if
+        """Indices of the channels on which its rules transmit or of which they measure the noise, ascending; (0,) if
         none."""
-        heard = {CLAUSES[k].channel for k in self.clauses} | {ACTIONS[k].channel for k in self.actions}
+        known = self.vocabulary
+        heard = {known.clauses[k].channel for k in self.clauses} | {known.actions[k].channel for k in self.actions}
         return tuple(sorted(heard - {-1})) or (0,)
 
     @property
     def words(self) -> int:
-        """How many words of a clause mask its rules can need: 3 if every clause number is below 96, else 4."""
-        return 3 if max(self.clauses) < 96 else 4
+        """How many words of a clause mask its rules can need."""
+        return max(self.clauses) // WORD_BITS + 1
 
     @cached_property
     def source_hash(self) -> str:
@@ -58,7 +78,12 @@ class Grammar:
 
 
 def parse_grammar(
-    text: str, *, name: str = "text", max_clauses: int = 8, single_option_consumes: bool = False
+    text: str,
+    *,
+    name: str = "text",
+    max_clauses: int = 8,
+    single_option_consumes: bool = False,
+    vocabulary: Vocabulary = PAPER,
 ) -> Grammar:
     """The grammar that a BNF text describes (see bnf.py for the notation).
 
@@ -79,23 +104,27 @@ def parse_grammar(
         productions = read_bnf(text)
         costs = shortest_derivations(productions)
         start = next(iter(productions))
-        derivable = derive(productions, start)
+        derivable = derive(productions, start, vocabulary)
         if costs[start][0] + 1 > max_clauses:
             line = productions[start].line
             raise InputError(
                 f"line {line}: no rule has max_clauses={max_clauses} clauses or fewer; accept more clauses"
             )
-        tables = compile_tables(productions, start, costs, derivable, max_clauses, single_option_consumes)
+        tables = compile_tables(productions, start, costs, derivable, vocabulary, max_clauses, single_option_consumes)
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
     return Grammar(
         name, text, max_clauses, single_option_consumes, start, productions, costs,
-        derivable.clauses, derivable.actions, tables,
+        derivable.clauses, derivable.actions, tables, vocabulary,
     )  # fmt: skip
 
 
 def load_grammar(
-    name_or_path: str | os.PathLike[str], *, max_clauses: int = 8, single_option_consumes: bool = False
+    name_or_path: str | os.PathLike[str],
+    *,
+    max_clauses: int = 8,
+    single_option_consumes: bool = False,
+    vocabulary: Vocabulary = PAPER,
 ) -> Grammar:
     """One of the paper's grammars (main, channel, power, both) or the user's own from a BNF file.
 
@@ -108,5 +137,9 @@ def load_grammar(
     else:
         text = read_source("grammar", name_or_path, f"accepted are {', '.join(GRAMMARS)} or the path of a BNF file")
     return parse_grammar(
-        text, name=str(name_or_path), max_clauses=max_clauses, single_option_consumes=single_option_consumes
+        text,
+        name=str(name_or_path),
+        max_clauses=max_clauses,
+        single_option_consumes=single_option_consumes,
+        vocabulary=vocabulary,
     )

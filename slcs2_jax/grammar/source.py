@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from slcs2_jax.config.door import present, read_file
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.vocabulary import quote
 
@@ -22,19 +23,14 @@ def read_source(kind: str, path: str | os.PathLike[str], known: str) -> str:
     label = f"{kind} {quote(path, 120)}"
     try:
         file = Path(path)
-        if not file.exists():
-            raise InputError(f"{label}: there is no such {kind} or file; {known}")
-        if not file.is_file():
-            raise InputError(f"{label}: not a file; {known}")
-        with file.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
-    except InputError:
-        raise
+        if not present(file):
+            raise InputError(f"there is no such {kind} or file")
+        data = read_file(file, MAX_BYTES)
+    except InputError as error:
+        raise InputError(f"{label}: {error}; {known}") from None
     except (OSError, ValueError, TypeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{label}: cannot be read ({quote(reason)}); {known}") from None
-    if len(data) > MAX_BYTES:
-        raise InputError(f"{label}: larger than {MAX_BYTES} bytes; a {kind} is a short text")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.bnf import Option, Production
-from slcs2_jax.grammar.check import AUTOMATON, Cost, Derivable, Words, option_cost, segments
-from slcs2_jax.grammar.vocabulary import MASK_WORDS, NO_ACTION
+from slcs2_jax.grammar.check import Cost, Derivable, Words, automaton, option_cost, segments
+from slcs2_jax.grammar.vocabulary import NO_ACTION, WORD_BITS, Vocabulary
 
 MAX_OFFERS = 2_000_000  # entries that the table of offers may have; the paper's grammars need about a hundred
 
@@ -40,7 +40,7 @@ class DecodeTables:
     option_entry: NDArray[np.intp]  # [O] first entry; 0 none
     next_state: NDArray[np.intp]  # [U*Q]
     completed: NDArray[np.intp]  # [U*Q]
-    masks: NDArray[np.uint32]  # [G, MASK_WORDS] clause masks of the sets
+    masks: NDArray[np.uint32]  # [G, W] clause masks of the sets
     action: NDArray[np.uint8]  # [Q] action completed by the state, else NO_ACTION
     states: int  # Q
     slacks: int  # S
@@ -85,9 +85,12 @@ class _Entries:
         return parts[0][0], self.add((), parts[0][1], rest)
 
 
-def _word_tables(words: dict[Words, int], derivable: Derivable) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def _word_tables(
+    words: dict[Words, int], derivable: Derivable, vocabulary: Vocabulary
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """next_state, completed, masks and action: see DecodeTables. Only runs that some rule takes are filled."""
-    states = len(AUTOMATON.text)
+    reader = automaton(vocabulary)
+    states = len(reader.text)
     next_state = np.zeros((len(words), states), np.intp)
     completed = np.zeros((len(words), states), np.intp)
     next_state[words[()]] = np.arange(states)
@@ -95,12 +98,12 @@ def _word_tables(words: dict[Words, int], derivable: Derivable) -> tuple[NDArray
     for (state, said), (after, done) in derivable.runs.items():
         next_state[words[said], state] = after
         completed[words[said], state] = sets.setdefault(done, len(sets))
-    masks = np.zeros((len(sets), MASK_WORDS), np.uint32)
+    masks = np.zeros((len(sets), vocabulary.words), np.uint32)
     for done, row in sets.items():
         for clause in done:
-            masks[row, clause // 32] |= np.uint32(1 << (clause % 32))
+            masks[row, clause // WORD_BITS] |= np.uint32(1 << (clause % WORD_BITS))
     action = np.full(states, NO_ACTION, np.uint8)
-    for state, number in AUTOMATON.action.items():
+    for state, number in reader.action.items():
         action[state] = number
     return next_state.ravel(), completed.ravel(), masks, action
 
@@ -134,6 +137,7 @@ def compile_tables(
     start: str,
     costs: dict[str, Cost],
     derivable: Derivable,
+    vocabulary: Vocabulary,
     max_clauses: int,
     single_option_consumes: bool,
 ) -> DecodeTables:
@@ -156,8 +160,8 @@ def compile_tables(
     slack = max_clauses - 1 - costs[start][0]
     slacks, count, first, free, offers = _offer_tables(productions, extras, slack, form, single_option_consumes)
     words_number = _numbered([(), *entries.words, *option_words])
-    next_state, completed, masks, action = _word_tables(words_number, derivable)
-    longest = max(len(text.split()) for text in AUTOMATON.text) + 1
+    next_state, completed, masks, action = _word_tables(words_number, derivable, vocabulary)
+    longest = max(len(text.split()) for text in automaton(vocabulary).text) + 1
     return DecodeTables(
         entry_words=np.array([words_number[words] for words in entries.words]),
         entry_symbol=np.array(entries.symbol),
@@ -174,7 +178,7 @@ def compile_tables(
         completed=completed,
         masks=masks,
         action=action,
-        states=len(AUTOMATON.text),
+        states=len(automaton(vocabulary).text),
         slacks=slacks,
         start_entry=start_entry,
         start_slack=slack,

@@ -89,7 +89,8 @@ def _pictures(
     canvas = FigureCanvasAgg(figure)
     within = extent(recordings)
     scenes = [Scene(ax, one, title, within, field) for ax, one, title in zip(axes, recordings, titles, strict=True)]
-    figure.legend(handles=legend_handles(), loc="outside lower center", ncols=8, fontsize=6.5, frameon=False)
+    handles = legend_handles(any(bool(one.down.any()) for one in recordings))
+    figure.legend(handles=handles, loc="outside lower center", ncols=8, fontsize=6.5, frameon=False)
     moving = [(ax, artist) for ax, scene in zip(axes, scenes, strict=True) for artist in scene.moving]
     for _, artist in moving:
         artist.set_animated(field is None)

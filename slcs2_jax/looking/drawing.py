@@ -14,7 +14,13 @@ from matplotlib.figure import Figure
 from slcs2_jax.results.files import write_whole
 
 SUFFIXES = (".png", ".svg", ".pdf")
-_RC = {"font.size": 8.0, "svg.hashsalt": "slcs2_jax", "svg.fonttype": "path", "figure.dpi": 100.0}
+_RC = {
+    "font.size": 8.0,
+    "svg.hashsalt": "slcs2_jax",
+    "svg.fonttype": "path",
+    "figure.dpi": 100.0,
+    "text.parse_math": False,  # names of files may hold a $
+}
 _UNDATED: dict[str, dict[str, Any]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None},

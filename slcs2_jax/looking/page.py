@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax import __version__
+from slcs2_jax.config import InputError
+from slcs2_jax.config.door import reading
 from slcs2_jax.looking.page_data import Shown, figures, history, rule_table, run_facts
 from slcs2_jax.looking.page_replay import pack_replay
 from slcs2_jax.results.files import storing, write_text
@@ -20,6 +22,7 @@ from slcs2_jax.results.files import storing, write_text
 PAGE = "report.html"
 MARK = '<meta name="generator" content="slcs2_jax report">'  # by which an earlier page is known as ours
 
+_LARGEST = 2**40  # bytes of an earlier page; its head alone is read
 _PROGRAM = ("chart.js", "curves.js", "rules.js", "scene.js", "replay.js", "page.js")
 _PLACE = re.compile(r"@@(\w+)@@")
 
@@ -30,9 +33,12 @@ def write_page(path: Path, title: str, shown: Iterable[Shown]) -> None:
 
 
 def is_page(path: Path) -> bool:
-    """Is this file a page that was made here? Raises StorageError."""
-    with storing(path, "read"), path.open("rb") as file:
-        return MARK.encode() in file.read(1000)
+    """Is this a file with a page that was made here? Raises StorageError."""
+    try:
+        with storing(path, "read"), reading(path, _LARGEST) as file:
+            return MARK.encode() in file.read(1000)
+    except InputError:  # a link, a folder, a device
+        return False
 
 
 def page(title: str, shown: Iterable[Shown]) -> str:

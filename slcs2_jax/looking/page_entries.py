@@ -9,13 +9,13 @@ from slcs2_jax.config import InputError
 from slcs2_jax.looking.page_data import Shown, by_rank
 from slcs2_jax.looking.solutions import best_of, replay
 from slcs2_jax.results import FinishedRun, read_run
-from slcs2_jax.results.run_config import CONFIG, read_config
+from slcs2_jax.results.run_config import read_config
+from slcs2_jax.results.run_folder import folders_with_config
 
 
 def runs_of_evolution(folder: Path) -> list[FinishedRun]:
     """The runs of evolution in a folder and below it, finished or not. Raises InputError if one is damaged."""
-    places = [config.parent for config in sorted(folder.rglob(CONFIG))]
-    return [read_run(place) for place in places if read_config(place).evolves]
+    return [read_run(place) for place in folders_with_config(folder) if read_config(place).evolves]
 
 
 def entries(
@@ -24,6 +24,7 @@ def entries(
     replays: int,
     deployment: int,
     after_chunk: Callable[[int], None] = lambda steps: None,
+    passed: list[str] | None = None,
 ) -> Iterator[Shown]:
     """Every instance of the runs, the best one of each arm in each world first.
 
@@ -32,6 +33,7 @@ def entries(
         replays: how many of the first get a replay and their rules.
         deployment: which is replayed.
         after_chunk: told now and then how many steps of a replay were computed.
+        passed: gets a line for each solution that should be shown and cannot be read.
     """
     for place, (run, instance) in enumerate(by_rank(runs)):
         if place >= replays:
@@ -41,6 +43,8 @@ def entries(
         try:
             solution = best_of(run, instance)
         except InputError as error:
+            if passed is not None:
+                passed.append(str(error))
             yield Shown(run=run, instance=instance, note=f"No solution to show: {error}")
             continue
         recording = replay(solution, deployment=deployment, after_chunk=after_chunk)

@@ -7,7 +7,8 @@ over the air in the steps since the frame before it. Sections:
     moments int32 [F]; waiting, delivered int32 [F]; starts int32 [F + 1], transmissions of frame f are starts[f] to
     before starts[f + 1]; x, y int16 [n, F], in units of `unit` m, as differences from frame to frame modulo 2^16;
     holding uint8 [n, F]; rule int16 [n, F] and action uint8 [n, F] of the step that led to the moment, -1 and 255 for
-    none; jammed int8 [F], channel (its number) that the jammer emitted on then, -1 for none; heard uint8 [F, bytes],
+    none; down uint8 [n, F]; jammer_x, jammer_y int16 [J, F], as x and y; jammed int8 [J, F], channel (its number) that
+    each jammer emitted on then, -1 for none; heard uint8 [F, bytes],
     bits [n + 2 node, n agent] of that step, the lowest first; sender, receiver, fate uint8 [P].
 """
 
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slcs2_jax.grammar.vocabulary import CHANNELS, NO_ACTION, action_text
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.looking.recording import NOBODY, Recording
 from slcs2_jax.looking.traffic import telling, traffic
 
@@ -41,7 +42,8 @@ def pack_replay(recording: Recording) -> bytes:
     """The episode as the page reads it; see the head of this file."""
     moments = frame_moments(recording.steps, recording.agents)
     before = np.maximum(moments - 1, 0)  # the step that led to each moment
-    unit = max(FINEST, float(max(np.abs(recording.x).max(), np.abs(recording.y).max())) / LARGEST)
+    places = [recording.x, recording.y, recording.jammer_x, recording.jammer_y]
+    unit = max(FINEST, max(float(np.abs(one).max(initial=0)) for one in places) / LARGEST)
     jammed = recording.jammed[before]
     sections: dict[str, NDArray[Any]] = {
         "moments": moments,
@@ -52,7 +54,10 @@ def pack_replay(recording: Recording) -> bytes:
         "holding": recording.holding[moments].T.astype(np.uint8),
         "rule": _acted(recording.rule[before], NOBODY).astype(np.int16),
         "action": _acted(recording.action[before], NO_ACTION).astype(np.uint8),
-        "jammed": np.where(jammed == NOBODY, NOBODY, np.array(CHANNELS)[jammed]).astype(np.int8),
+        "down": recording.down[moments].T.astype(np.uint8),
+        "jammer_x": _differences(recording.jammer_x[moments], unit),
+        "jammer_y": _differences(recording.jammer_y[moments], unit),
+        "jammed": np.where(jammed == NOBODY, NOBODY, np.array(recording.vocabulary.channels)[jammed]).T.astype(np.int8),
         "heard": np.stack([_bits(recording.neighbours(step)) for step in before.tolist()]),
         **_transmissions(recording, moments),
     }
@@ -76,12 +81,11 @@ def _header(recording: Recording, moments: NDArray[np.int32], unit: float) -> di
         "fitness": round(recording.fitness, 5),
         "unit": unit,
         "sink": _plain(scenario.sink),
-        "jammer": None if scenario.jammer is None else _plain(scenario.jammer),
-        "reach": round(settings.radio.network_range, 2),
+        "reach": [round(recording.reach(jammer), 2) for jammer in range(len(scenario.jammers))],
         "vertical": _plain(scenario.vertical),
         "horizontal": _plain(scenario.horizontal),
         "thickness": scenario.wall_thickness,
-        "actions": {str(action): action_text(action) for action in used},
+        "actions": {str(action): recording.vocabulary.action_text(action) for action in used},
     }
 
 

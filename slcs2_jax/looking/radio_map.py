@@ -1,7 +1,8 @@
 """What the radio reaches: mean power, or mean SINR, of the strongest sender at every place of the map (spec section 3).
 
-The mean is over the shadowing, in dB: the shadowing, which has mean 0, is left out. Senders are the source and the
-agents, at full power; a jammer is taken to emit, as it does while it hears anybody.
+The fading, whatever it is, is left out: of the log-normal shadowing the mean in dB is so shown, of any other fading the
+mean power. Senders are the source and the agents that work, at full power. A reactive jammer is taken to emit, as it
+does while it hears anybody; another counts if it emits on the first channel in use in the step.
 """
 
 from __future__ import annotations
@@ -35,14 +36,16 @@ def field(recording: Recording, name: str, moment: int, within: tuple[float, flo
         within: left, right, bottom and top of the map, m.
     """
     x, y = grid(within)
-    nodes = [recording.place(moment, node) for node in range(recording.agents + 1)]
+    working = [*np.flatnonzero(~recording.down[moment]).tolist(), recording.source]
+    nodes = [recording.place(moment, node) for node in working]
     power = received(recording, nodes, x, y).max(axis=0)
     if name == "power":
         return 10 * np.log10(power)
     disturbance = np.full(x.shape, 10 ** (recording.settings.radio.noise_dbm / 10))
-    if recording.scenario.jammer is not None:
-        jammer = float(recording.scenario.jammer[0]), float(recording.scenario.jammer[1])
-        disturbance += received(recording, [jammer], x, y)[0]
+    for jammer, place in enumerate(recording.jammer_places(moment)):
+        if recording.emits(jammer, moment):
+            level = 10 ** (recording.scenario.jammers[jammer].power_db / 10)
+            disturbance += level * received(recording, [place], x, y)[0]
     return 10 * np.log10(power / disturbance)
 
 
@@ -76,4 +79,4 @@ def _received(senders: jax.Array, x: jax.Array, y: jax.Array, walls: Walls, radi
     x1, x2 = jnp.broadcast_arrays(senders[:, :1], x)
     y1, y2 = jnp.broadcast_arrays(senders[:, 1:], y)
     crossed = count_crossings(x1, y1, x2, y2, walls)
-    return received_power((x2 - x1) ** 2 + (y2 - y1) ** 2, crossed, jnp.zeros_like(crossed), radio)
+    return received_power((x2 - x1) ** 2 + (y2 - y1) ** 2, crossed, None, radio)

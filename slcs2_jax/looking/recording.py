@@ -20,16 +20,17 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Episode, Moment, Parameters, Result
 from slcs2_jax.grammar import RuleSets
-from slcs2_jax.grammar.vocabulary import ACTIONS
-from slcs2_jax.policy import classifier
-from slcs2_jax.policy.classifier import Rules
-from slcs2_jax.policy.matching import match_set
-from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
+from slcs2_jax.policy.bound import BoundPolicy
+from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
+from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
+from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.state import State
+from slcs2_jax.swarm.task import Score, task_of
 from slcs2_jax.world.arena import stack, wall_capacity
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Scenario, check_scenario
 
 CHUNK = 100  # sharing periods that are computed at a time
 NOBODY = -1
@@ -51,14 +52,18 @@ class Recording:
     """An episode, step by step. Step t leads from moment t to moment t + 1; there are T steps and T + 1 moments.
 
     Attributes:
-        settings, scenario, rules: what was deployed, and where.
+        settings, scenario: where.
+        vocabulary: what the numbers of actions mean.
+        rules: what was deployed; None for a policy without rules.
         channels: indices of the channels in use, in the order of the columns of `served`.
         fitness: share delivered less share of time used (spec section 7).
         x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
         holding: bool [T + 1, n], who holds a packet.
         waiting, delivered: int32 [T + 1], packets at the source and at the sink.
         heard: uint32 [T, W, n], bit j % 32 of word j // 32 tells whether the agent heard node j; see `neighbours`.
-        jammed: int8 [T], index of the channel that the jammer emitted on; -1 for none.
+        down: bool [T + 1, n], who had failed and did not work in the step from the moment on.
+        jammer_x, jammer_y: float32 [T + 1, J], m, the jammers' places.
+        jammed: int8 [T, J], index of the channel that each jammer emitted on; -1 for none.
         action: uint8 [T, n], numbers of the vocabulary; `NO_ACTION` for none.
         rule: int16 [T, n], the rule that was drawn (or, of a behaviour made by hand, the first that held); -1 for none.
         sent_to: int8 [T, n], the node that the agent sent its packet to; -1 if it sent nothing.
@@ -73,7 +78,8 @@ class Recording:
 
     settings: Settings
     scenario: Scenario
-    rules: RuleSets
+    vocabulary: Vocabulary
+    rules: RuleSets | None
     channels: tuple[int, ...]
     fitness: float
     x: NDArray[np.float32]
@@ -82,6 +88,9 @@ class Recording:
     waiting: NDArray[np.int32]
     delivered: NDArray[np.int32]
     heard: NDArray[np.uint32]
+    down: NDArray[np.bool_]
+    jammer_x: NDArray[np.float32]
+    jammer_y: NDArray[np.float32]
     jammed: NDArray[np.int8]
     action: NDArray[np.uint8]
     rule: NDArray[np.int16]
@@ -123,6 +132,24 @@ class Recording:
         at = self.scenario.sink if node == self.sink else (0.0, 0.0)
         return float(at[0]), float(at[1])
 
+    def jammer_places(self, moment: int) -> list[tuple[float, float]]:
+        """Where the jammers were at a moment, m."""
+        return list(zip(self.jammer_x[moment].tolist(), self.jammer_y[moment].tolist(), strict=True))
+
+    def emits(self, jammer: int, moment: int) -> bool:
+        """Whether a jammer is taken to disturb the first channel in use at a moment, for maps.
+
+        A reactive one is, since it answers whoever is near; of another it is what it did in the step to come.
+        """
+        if self.scenario.jammers[jammer].emission == "reactive":
+            return True
+        return self.steps > 0 and bool(self.jammed[min(moment, self.steps - 1), jammer] == self.channels[0])
+
+    def reach(self, jammer: int) -> float:
+        """How far away a jammer's mean power is P_rs, m, without walls."""
+        radio, power = self.settings.radio, self.scenario.jammers[jammer].power_db
+        return float(radio.network_range * 10 ** (power / (10 * radio.path_loss_exponent)))
+
     def neighbours(self, step: int) -> NDArray[np.bool_]:
         """Who heard whom in a step: bool [n + 2 node, n agent]."""
         node = np.arange(self.agents + 2)
@@ -132,12 +159,12 @@ class Recording:
         """All attempts of a step to hand over a packet, the source's last."""
         found = []
         for agent in np.flatnonzero(self.sent_to[step] != NOBODY).tolist():
-            action = ACTIONS[self.action[step, agent]]
+            action = self.vocabulary.actions[self.action[step, agent]]
             fate = Fate(self.sent_fate[step, agent])
             found.append(Transmission(agent, int(self.sent_to[step, agent]), action.channel, action.power, fate))
         for place in np.flatnonzero(self.served[step] != NOBODY).tolist():
             asker = int(self.served[step, place])
-            power = ACTIONS[self.action[step, asker]].power
+            power = self.vocabulary.actions[self.action[step, asker]].power
             fate = Fate(self.served_fate[step, place])
             found.append(Transmission(self.source, asker, self.channels[place], power, fate))
         return found
@@ -146,11 +173,9 @@ class Recording:
 def record(
     settings: Settings,
     scenario: Scenario,
-    rules: RuleSets,
-    channels: tuple[int, ...],
+    deployed: BoundPolicy,
     key: tuple[np.uint32, np.uint32],
     *,
-    controller: Controller = classifier,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """Compute one episode and keep all of it.
@@ -161,41 +186,42 @@ def record(
     Args:
         settings: radio, swarm and learning.
         scenario: where.
-        rules: what is deployed.
-        channels: indices of the channels that its grammar or behaviour uses.
+        deployed: what decides.
         key: the episode's key.
-        controller: what the agents do with the rules.
         after_chunk: told now and then how many steps were computed.
+
+    Raises:
+        InputError: the scenario is none for these settings.
     """
-    parameters = Parameters.of(settings, controller)
-    given = _given(scenario, rules, channels, key)
+    check_scenario(scenario, settings)
+    parameters = Parameters.of(settings, deployed.policy, deployed.language)
+    given = _given(scenario, deployed, key)
     begin, watch, result = _programs()
     episode = begin(*given, parameters)
-    matched = np.zeros(rules.action.shape, np.int32)
+    matched: Any = 0
     parts: list[dict[str, NDArray[Any]]] = []
     running = True
     while running:
         episode, notes = watch(episode, parameters)
         part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
-        matched += part.pop("match").sum(axis=0, dtype=np.int32).T
+        matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
         parts.append(part)
         running = bool(part["running"][-1])
         after_chunk(sum(int(one["running"].sum()) for one in parts))
     end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
-    return _recording(settings, scenario, rules, channels, parts, matched, *end)
+    return _recording(settings, scenario, deployed, parts, matched, *end)
 
 
-def _given(scenario: Scenario, rules: RuleSets, channels: tuple[int, ...], key: tuple[np.uint32, np.uint32]) -> Any:
+def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.uint32]) -> Any:
     """What an episode starts from: the same one in every lane, since a vector unit takes no fewer."""
 
     def lanes(array: NDArray[Any]) -> NDArray[Any]:
         return np.repeat(array[..., None], LANES, axis=-1)
 
-    capacity = wall_capacity([scenario])
+    capacity, channels = wall_capacity([scenario]), deployed.channels
     arena = stack([scenario] * LANES, [channels] * LANES, capacity=capacity, width=max(channels) + 1)
-    mask: Any = lanes(rules.mask.transpose(2, 1, 0))
-    action: Any = lanes(rules.action.T)
-    return arena, Rules(mask, action), lanes(np.array(key, np.uint32))
+    arrays = deployed.policy.arrays(deployed.given, deployed.language)
+    return arena, jax.tree.map(lanes, arrays), lanes(np.array(key, np.uint32))
 
 
 @functools.cache
@@ -212,32 +238,41 @@ def _programs() -> tuple[Any, Any, Any]:
 
 def _note(parameters: Parameters, before: Episode, after: Episode, moment: Moment) -> dict[str, jax.Array]:
     """What is kept of a step, of the first lane alone; names and meaning as in `Recording` where it has them."""
-    state, seen, air = before.state, moment.seen, moment.outcome.air
+    state, seen, view, air = before.state, moment.seen, moment.seen.view, moment.outcome.air
     n = state.x.shape[0]
     to_agents, to_anybody = air.wanted[:, n, :n], air.wanted[:, :n]
-    fate = fates(air, moment.drawn, parameters.physics.radio)
+    fate = fates(air, view.links, parameters.physics.radio)
     receiver = np.arange(n + 2).reshape(-1, 1)
-    chosen = parameters.controller.chosen(
-        after.memory, before.rules, seen.truth, state.key, state.t, parameters.learning
-    )
+    policy = parameters.policy
+    chosen = policy.chosen(after.memory, before.given, seen, episodes.clock(before), parameters.learning)
     notes = {
-        "running": seen.running,
+        "running": view.running,
         "x": state.x,
         "y": state.y,
         "holding": state.holding,
         "waiting": state.waiting,
         "delivered": state.delivered,
-        "heard": _packed(moment.drawn.heard),
-        "jammed": _first(jnp.any(moment.drawn.jamming > 0, axis=1)),
-        "action": moment.action.astype(jnp.uint8),
+        "heard": _packed(view.links.heard),
+        **_jammers(state, view.links),
+        "down": jnp.zeros(state.x.shape, bool) if state.down is None else state.down,
+        "action": jnp.where(view.able, moment.action, np.int32(NO_ACTION)).astype(jnp.uint8),
         "rule": chosen.astype(jnp.int16),
         "sent_to": jnp.max(jnp.where(to_anybody, receiver, NOBODY), axis=(0, 2)).astype(jnp.int8),
         "sent_fate": jnp.max(fate[:, :n], axis=(0, 2)),
         "served": jnp.max(jnp.where(to_agents, receiver[:n], NOBODY), axis=1).astype(jnp.int8),
         "served_fate": jnp.max(fate[:, n], axis=1),
-        "match": match_set(before.rules.mask, seen.truth),
+        "match": policy.matched(before.given, seen),
     }
     return jax.tree.map(lambda leaf: leaf[..., 0], notes)
+
+
+def _jammers(state: State, links: Links) -> dict[str, jax.Array]:
+    """Where the jammers are, and on which channel each emits."""
+    if links.jammers is None:
+        emits = _first(jnp.any(links.jamming > 0, axis=1))[None]
+        return {"jammer_x": state.node_x[-1:], "jammer_y": state.node_y[-1:], "jammed": emits}
+    x, y = jamming.places(state)
+    return {"jammer_x": x, "jammer_y": y, "jammed": links.jammers.channel.astype(jnp.int8)}
 
 
 def _first(flags: jax.Array) -> jax.Array:
@@ -256,32 +291,49 @@ def _packed(flags: jax.Array) -> jax.Array:
     return jnp.stack(words)
 
 
+def _last(state: State) -> dict[str, NDArray[Any]]:
+    """What there is of the last moment."""
+    values = {name: getattr(state, name) for name in ("x", "y", "holding", "waiting", "delivered", "down")}
+    if state.down is None:
+        values["down"] = np.zeros(state.x.shape, bool)
+    x, y = (state.node_x[-1:], state.node_y[-1:]) if state.jammers is None else jamming.places(state)
+    return {**values, "jammer_x": x, "jammer_y": y}
+
+
 def _recording(
     settings: Settings,
     scenario: Scenario,
-    rules: RuleSets,
-    channels: tuple[int, ...],
+    deployed: BoundPolicy,
     parts: list[dict[str, NDArray[Any]]],
     matched: NDArray[np.int32],
     state: State,
     result: Result,
 ) -> Recording:
-    steps = int(result.steps)
+    steps, nothing = int(result.steps), np.zeros(matched.shape, np.float32)
     noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
-    for name in ("x", "y", "holding", "waiting", "delivered"):
-        noted[name] = np.concatenate([noted[name], np.asarray(getattr(state, name))[None]])
+    for name, last in _last(state).items():
+        noted[name] = np.concatenate([noted[name], np.asarray(last)[None]])
+    for name in ("jammer_x", "jammer_y", "jammed"):  # without the place that is kept for one where there is none
+        noted[name] = noted[name][:, : len(scenario.jammers)]
     for name in ("served", "served_fate"):
-        noted[name] = noted[name][:, list(channels)]
-    fitness = int(result.delivered) / settings.swarm.packets - steps / scenario.time_limit
-    learnt = {name: np.asarray(getattr(result, name)).T for name in ("usage", "quality", "strength", "error")}
+        noted[name] = noted[name][:, list(deployed.channels)]
+    score = Score(
+        delivered=int(result.delivered),
+        packets=settings.swarm.packets,
+        steps=steps,
+        time_limit=scenario.time_limit,
+        measures=result.measures,
+    )
+    figures = result.figures or Figures(nothing.T, nothing.T, nothing.T, nothing.T.astype(np.int32))
     return Recording(
         settings=settings,
         scenario=scenario,
-        rules=rules,
-        channels=channels,
-        fitness=fitness,
+        vocabulary=deployed.language.vocabulary,
+        rules=deployed.given if isinstance(deployed.given, RuleSets) else None,
+        channels=deployed.channels,
+        fitness=task_of(settings).fitness(score),
         matched=matched,
         contribution=np.asarray(result.contribution),
         **noted,
-        **learnt,
+        **{name: np.asarray(value).T for name, value in vars(figures).items()},
     )

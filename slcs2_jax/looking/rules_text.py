@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.looking.rulebook import RuleLine, Spread, acting
 from slcs2_jax.results import SavedSolution
 from slcs2_jax.study.table import Table
@@ -67,7 +68,10 @@ class Rulebook:
         return Table("rules", header, tuple(tuple(asdict(line).values()) for line in self.lines)).csv()
 
     def text(self, top: int) -> str:
-        """For a terminal: each agent's first `top` rules (0: all), what it did most, and what exchange spread."""
+        """For a terminal: each agent's first `top` rules (0: all), what it did most, and what exchange spread.
+
+        Nothing in it controls the terminal.
+        """
         one, about = self.solution, self.about()
         parts = [
             f"{about['range']} {about['environment']}, seed {about['seed']}, grammar {about['grammar']}: solution of "
@@ -77,7 +81,7 @@ class Rulebook:
         for agent in self.agents:
             parts.append(self._agent(agent, top))
         parts.append(self._spread_text())
-        return "\n\n".join(parts) + "\n"
+        return terminal("\n\n".join(parts) + "\n", lines=True)
 
     def _agent(self, agent: int, top: int) -> str:
         own = [line for line in self.lines if line.agent == agent]

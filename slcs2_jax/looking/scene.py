@@ -27,6 +27,7 @@ FATES: dict[Fate, tuple[str, Any, str]] = {
     Fate.WEAK: ("#777777", (0, (2, 4)), "too weak"),
 }
 HOLDING, EMPTY, LINK, TRAIL, WALL = "#0072b2", "#ffffff", "#c9d6e2", "#8fb4d0", "#555555"
+JAMMER, DOWN = "#cc0066", "#999999"
 FIELD_LABELS = {"power": "mean power of the strongest sender (dBm)", "sinr": "mean SINR of the strongest sender (dB)"}
 FIELD_SPAN = 30  # dB of a radio map that are told apart, from the limit of reception on
 MARGIN = 15.0  # m around everything
@@ -41,9 +42,8 @@ def extent(recordings: Sequence[Recording]) -> tuple[float, float, float, float]
         scenario = one.scenario
         x += [float(scenario.sink[0]), float(one.x.min()), float(one.x.max())]
         y += [float(scenario.sink[1]), float(one.y.min()), float(one.y.max())]
-        if scenario.jammer is not None:
-            x.append(float(scenario.jammer[0]))
-            y.append(float(scenario.jammer[1]))
+        x += [*one.jammer_x.ravel().tolist()]
+        y += [*one.jammer_y.ravel().tolist()]
         for at, along, across in ((scenario.vertical, x, y), (scenario.horizontal, y, x)):
             along += at[:, 0].tolist()
             across += [*at[:, 1].tolist(), *at[:, 2].tolist()]
@@ -87,7 +87,7 @@ def draw_field(
 
 
 def draw_world(axes: Any, recording: Recording, within: tuple[float, float, float, float]) -> None:
-    """Everything that stands still: walls, source, sink, the jammer and its reach; axes in m."""
+    """Everything that stands still: walls, source and sink; axes in m."""
     scenario, half = recording.scenario, recording.scenario.wall_thickness / 2
     for x, low, high in scenario.vertical.tolist():
         axes.add_patch(Rectangle((x - half, low), 2 * half, high - low, color=WALL, linewidth=0, zorder=2))
@@ -97,15 +97,6 @@ def draw_world(axes: Any, recording: Recording, within: tuple[float, float, floa
     axes.plot(*scenario.sink, "*", color="black", markersize=12, zorder=4)
     for name, (x, y) in (("source", (0.0, 0.0)), ("sink", scenario.sink.tolist())):
         axes.annotate(name, (x, y), xytext=(0, -13), textcoords="offset points", ha="center", fontsize=7, zorder=6)
-    if scenario.jammer is not None:
-        reach = recording.settings.radio.network_range
-        axes.add_patch(
-            Circle(scenario.jammer.tolist(), reach, facecolor="#cc006612", edgecolor="#cc0066", linestyle=":", zorder=1)
-        )
-        axes.plot(*scenario.jammer, "X", color="#cc0066", markersize=9, zorder=4)
-        axes.annotate(
-            "jammer", scenario.jammer.tolist(), xytext=(0, -13), textcoords="offset points", ha="center", fontsize=7
-        )
     left, right, bottom, top = within
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
@@ -114,13 +105,57 @@ def draw_world(axes: Any, recording: Recording, within: tuple[float, float, floa
     axes.set_ylabel("y (m)")
 
 
-def legend_handles() -> list[Line2D]:
-    """What the marks of a scene mean."""
+class JammerMark:
+    """A jammer and its reach on some axes."""
+
+    def __init__(self, axes: Any, recording: Recording, jammer: int) -> None:
+        """Draw it where it starts."""
+        several = len(recording.scenario.jammers) > 1
+        self._recording, self._jammer = recording, jammer
+        self._circle = Circle((0, 0), recording.reach(jammer), edgecolor=JAMMER, linestyle=":", zorder=1)
+        axes.add_patch(self._circle)
+        (self._cross,) = axes.plot([], [], "X", color=JAMMER, markersize=9, zorder=4)
+        text = f"jammer {jammer}" if several else "jammer"
+        self._text = axes.annotate(text, (0, 0), xytext=(0, -13), textcoords="offset points", ha="center", fontsize=7)
+        self.show(0)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it may ever look otherwise than at the start."""
+        return not self._recording.scenario.jammers[self._jammer].plain
+
+    @property
+    def artists(self) -> list[Artist]:
+        """What it is drawn by."""
+        return [self._circle, self._cross, self._text]
+
+    def show(self, moment: int) -> None:
+        """Put it where it was at a moment; the reach of one that is silent then is hollow."""
+        x, y = self._recording.jammer_places(moment)[self._jammer]
+        self._circle.center = x, y
+        self._circle.set_facecolor(JAMMER + "12" if self._recording.emits(self._jammer, moment) else "none")
+        self._cross.set_data([x], [y])
+        self._text.xy = x, y
+
+
+def draw_jammers(axes: Any, recording: Recording) -> list[JammerMark]:
+    """Every jammer with its reach."""
+    return [JammerMark(axes, recording, jammer) for jammer in range(len(recording.scenario.jammers))]
+
+
+def agent_faces(recording: Recording, moment: int) -> list[str]:
+    """The colour of each agent at a moment: it has a packet, has none, or is down."""
+    states = zip(recording.down[moment].tolist(), recording.holding[moment].tolist(), strict=True)
+    return [DOWN if down else HOLDING if held else EMPTY for down, held in states]
+
+
+def legend_handles(failing: bool = False) -> list[Line2D]:
+    """What the marks of a scene mean; of agents that are down only where some can fail."""
     handles = [
         Line2D([], [], color=colour, linestyle=line, linewidth=1.6, label=label)
         for colour, line, label in FATES.values()
     ]
-    marks = ((HOLDING, "agent with a packet"), (EMPTY, "without"))
+    marks = [(HOLDING, "agent with a packet"), (EMPTY, "without"), *[(DOWN, "down")] * failing]
     handles += [
         Line2D([], [], marker="o", color="none", markerfacecolor=face, markeredgecolor=HOLDING, label=label)
         for face, label in marks
@@ -139,6 +174,7 @@ class Scene:
         self._within, self._field = within, field
         self._image = None if field is None else draw_field(axes, recording, field, 0, within)
         draw_world(axes, recording, within)
+        self._jammers = draw_jammers(axes, recording)
         axes.set_title(title, loc="left", fontsize=8)
         self._links = LineCollection([], colors=LINK, linewidths=0.6, zorder=1.5)
         self._trails = LineCollection([], colors=TRAIL, linewidths=0.9, zorder=2.5)
@@ -163,7 +199,8 @@ class Scene:
     def moving(self) -> list[Artist]:
         """What `show` changes, in the order of drawing; beside the radio map."""
         arrows = [*self._shafts.values(), *self._heads.values()]
-        return [self._links, self._trails, *arrows, self._agents, self._text]
+        jammers = [artist for mark in self._jammers if mark.moves for artist in mark.artists]
+        return [*jammers, self._links, self._trails, *arrows, self._agents, self._text]
 
     def show(self, moment: int, since: int) -> None:
         """The swarm at a moment, with the transmissions of all steps since another one, a pair of nodes once each."""
@@ -171,7 +208,9 @@ class Scene:
         moment, since = min(moment, one.steps), min(since, one.steps)
         places = self._places(moment)
         self._agents.set_offsets(places[: one.agents])
-        self._agents.set_facecolors([HOLDING if held else EMPTY for held in one.holding[moment]])
+        self._agents.set_facecolors(agent_faces(one, moment))
+        for mark in self._jammers:
+            mark.show(moment)
         start = max(0, moment - TRAIL_MOMENTS)
         self._trails.set_segments(list(np.stack([one.x[start : moment + 1].T, one.y[start : moment + 1].T], axis=-1)))
         pairs = np.argwhere(one.neighbours(min(moment, one.steps - 1))).tolist()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import struct
-import zlib
 from collections.abc import Callable
 
 import numpy as np
@@ -12,15 +10,17 @@ import numpy as np
 from slcs2_jax import runtime
 from slcs2_jax.config import Checkpoint, Compute, InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
+from slcs2_jax.config.door import present, telling_damage
 from slcs2_jax.config.field import refuse, show
-from slcs2_jax.grammar import RuleSets, parse_grammar
+from slcs2_jax.grammar import Grammar, RuleSets
 from slcs2_jax.looking.recording import Recording, record
-from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.decision_text import Behaviour
+from slcs2_jax.policy.bound import bind_list, bind_rules
+from slcs2_jax.policy.decision_list import DecisionList
 from slcs2_jax.results import FinishedRun, SavedSolution
 from slcs2_jax.results.archive import read_archive
+from slcs2_jax.results.files import storing
 from slcs2_jax.results.run_config import read_config
-from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, read_grammar
+from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, checkpoint_limits, read_grammar
 from slcs2_jax.search.evaluation import fresh_deployment_key
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.packing import unpack_members
@@ -87,18 +87,20 @@ def _saved_last(run: FinishedRun, instance: int) -> tuple[SavedSolution | None, 
     """Best solution and collection in the checkpoint of a run under way; None and none before the first save."""
     instance = whole("instance", instance, 0, run.settings.instances - 1)
     file = run.path / CHECKPOINT
-    if not file.exists():
+    if not present(file):
         return None, []
-    prefix = f"{instance}.search.members."
+    prefix, limits = f"{instance}.search.members.", checkpoint_limits(run.settings)
     try:
-        arrays, about = read_archive(file, CHECKPOINT_FORMAT)
-        own = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-        held, search = unpack_members(own), about["instances"][instance]["search"]
+        with storing(file, "read"):
+            arrays, about = read_archive(file, CHECKPOINT_FORMAT, limits, wanted=lambda name: name.startswith(prefix))
         grammar = read_grammar(run.path, read_config(run.path))
-        saved = [as_saved(one, run.settings, grammar, search["seed"]) for one in held]
-        return None if search["best"] is None else saved[search["best"]], saved[: search["members"]]
-    except (InputError, LookupError, ValueError, TypeError, AttributeError, struct.error, zlib.error) as error:
-        raise InputError(f"{file}: {show(str(error))}; slcs2 resume {run.path} says what can be done") from None
+        with telling_damage():
+            held = unpack_members({name.removeprefix(prefix): array for name, array in arrays.items()})
+            search = about["instances"][instance]["search"]
+            saved = [as_saved(one, run.settings, grammar, search["seed"]) for one in held]
+            return None if search["best"] is None else saved[search["best"]], saved[: search["members"]]
+    except InputError as error:
+        raise InputError(f"{file}: {error}; slcs2 resume {run.path} says what can be done") from None
 
 
 def replay(
@@ -124,31 +126,23 @@ def replay(
     of_kind("solution", solution, SavedSolution)
     settings = of_kind("settings", settings, Settings) if settings is not None else solution.settings
     solution.check_fits(settings)
-    rules = settings.rules
-    grammar = parse_grammar(
-        solution.grammar_text,
-        name=rules.grammar,
-        max_clauses=rules.max_clauses,
-        single_option_consumes=rules.single_option_consumes,
-    )
+    grammar = Grammar.of(settings, solution.grammar_text)
     scenario = make_scenario(settings, solution.instance_seed if seed is None else seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
-    return record(settings, scenario, solution.rules, grammar.channels_used, key, after_chunk=after_chunk)
+    return record(settings, scenario, bind_rules(solution.rules, grammar), key, after_chunk=after_chunk)
 
 
-def replay_behaviour(
-    behaviour: Behaviour,
+def replay_list(
+    decisions: DecisionList,
     settings: Settings,
     *,
     seed: int,
     deployment: int = 0,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
-    """A deployment of a behaviour made by hand, recorded; arguments as `replay` has them."""
-    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(behaviour.rules)))
+    """A deployment of a decision list, recorded; arguments as `replay` has them."""
     scenario = make_scenario(settings, seed)
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
-    rules = behaviour.rule_sets(settings.swarm.agents)
     runtime.configure(settings.compute)
-    return record(settings, scenario, rules, behaviour.channels_used, key, controller=designed, after_chunk=after_chunk)
+    return record(settings, scenario, bind_list(decisions, settings.swarm.agents), key, after_chunk=after_chunk)

@@ -11,7 +11,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from slcs2_jax.looking.recording import Recording
-from slcs2_jax.looking.scene import EMPTY, HOLDING, LINK, draw_field, draw_world, extent, panels
+from slcs2_jax.looking.scene import (
+    DOWN,
+    EMPTY,
+    HOLDING,
+    JAMMER,
+    LINK,
+    agent_faces,
+    draw_field,
+    draw_jammers,
+    draw_world,
+    extent,
+    panels,
+)
 from slcs2_jax.looking.traffic import traffic
 from slcs2_jax.swarm.fate import Fate
 
@@ -39,6 +51,9 @@ def still(
         if field is not None:
             draw_field(ax, one, field, last, within)
         draw_world(ax, one, within)
+        for mark in draw_jammers(ax, one):
+            mark.show(last)
+        ax.plot(one.jammer_x[first : last + 1], one.jammer_y[first : last + 1], ":", color=JAMMER, linewidth=0.8)
         ax.set_title(f"{title}; steps {first:,d} to {last:,d}", loc="left", fontsize=8)
         handles = PICTURES[picture](ax, one, first, last)
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7, frameon=False)
@@ -71,7 +86,7 @@ def _layout(axes: Any, recording: Recording, start: int, end: int) -> list[Line2
             },
             zorder=3,
         )
-    _draw_agents(axes, recording, end, [HOLDING if held else EMPTY for held in recording.holding[end]])
+    _draw_agents(axes, recording, end, agent_faces(recording, end))
     return [
         Line2D(
             [], [], color=FLOW, linewidth=3, label=f"packets handed over; the widest: {most:,d}, width as their root"
@@ -79,6 +94,7 @@ def _layout(axes: Any, recording: Recording, start: int, end: int) -> list[Line2
         Line2D([], [], color=LINK, linewidth=1.2, label=f"heard in at least half of the last {RECENT} steps"),
         _dot(HOLDING, "agent with a packet"),
         _dot(EMPTY, "without"),
+        *[_dot(DOWN, "down")] * bool(recording.down[end].any()),
     ]
 
 

@@ -1,4 +1,4 @@
-"""The rule-set classifier: match, learn, choose, remember (spec section 6)."""
+"""The rule-set classifier: match, learn, choose, remember (paper, sections on rule choice and learning)."""
 
 from __future__ import annotations
 
@@ -8,20 +8,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.grammar import RuleSets
+from slcs2_jax.grammar.language import Language
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.policy import grasp, matching, qlearning, strength
+from slcs2_jax.policy.first_match import first_match
 from slcs2_jax.policy.learning import LearningParameters
-from slcs2_jax.policy.strength import gain as gain  # a part of the interface: see ``controller``
+from slcs2_jax.policy.policy import Clock, Figures, Policy
+from slcs2_jax.policy.rules import Rules
+from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.world import randomness
 from slcs2_jax.world.stored import stored
-
-
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True)
-class Rules:
-    """Compiled rules. mask: uint32 [W, R, n, ...], clauses; action: uint8 [R, n, ...]."""
-
-    mask: jax.Array
-    action: jax.Array
 
 
 @jax.tree_util.register_dataclass
@@ -48,87 +45,95 @@ class Memory:
     recent: jax.Array
 
 
-def initial_memory(rules: Rules, learning: LearningParameters) -> Memory:
-    """Nothing learnt: all zero (spec 6)."""
-    per_agent = rules.action.shape[1:]
-    zeros = jnp.zeros(rules.action.shape, jnp.float32)
-    return Memory(
-        quality=zeros,
-        error=zeros,
-        strength=zeros,
-        usage=jnp.zeros(zeros.shape, jnp.int32),
-        trace=jnp.zeros(zeros.shape, jnp.uint32),
-        reward=jnp.zeros(per_agent, jnp.float32),
-        recent=jnp.zeros((learning.bp_max, *per_agent), jnp.float32),
-    )
+@dataclasses.dataclass(frozen=True)
+class Classifier(Policy):
+    """The paper's agent: GRASP over learnt quality, Q-learning, a bounded trace of strength. Parameters: `Rules`.
 
-
-def decide(
-    memory: Memory,
-    rules: Rules,
-    truth: jax.Array,
-    key: jax.Array,
-    t: jax.Array,
-    share: jax.Array,
-    learning: LearningParameters,
-) -> tuple[Memory, jax.Array]:
-    """Learn from the last step, then choose.
-
-    Args:
-        memory, rules: the agents'.
-        truth: uint32 [>= W, n, ...], true clauses.
-        key, t: uint32 [2, ...] and int32 [...], for the draw.
-        share: float32 [...], share of the time limit at which the last action was taken, for the schedule of alpha_q.
-        learning: parameters.
-
-    Returns:
-        The memory with the new action set, and the action int32 [n, ...].
+    Beyond the paper, rules may be reflexes (subsumption; Brooks 1986): the first flagged rule that holds acts, before
+    any choice; learning sees its action set as any other.
     """
-    match = matching.match_set(rules.mask, truth)
-    quality, error = _learn(memory, qlearning.best_ahead(memory.quality, match), share, learning)
-    action = grasp.choose(match, quality, rules.action, _lots(rules, key, t, learning), learning.alpha_grasp)
-    members = match & (rules.action == action.astype(jnp.uint8))
-    trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
-    return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
+
+    def arrays(self, given: RuleSets, language: Language) -> Rules:
+        """Rule-sets, compiled."""
+        return Rules.of(given, language)
+
+    def initial_memory(self, parameters: Rules, agents: jax.Array, learning: LearningParameters) -> Memory:
+        """Nothing learnt: all zero, but for quality that the rules bring, or that the settings give to all."""
+        per_agent = parameters.action.shape[1:]
+        zeros = jnp.zeros(parameters.action.shape, jnp.float32)
+        return Memory(
+            quality=zeros + learning.initial_quality if parameters.quality is None else parameters.quality,
+            error=zeros,
+            strength=zeros,
+            usage=jnp.zeros(zeros.shape, jnp.int32),
+            trace=jnp.zeros(zeros.shape, jnp.uint32),
+            reward=jnp.zeros(per_agent, jnp.float32),
+            recent=jnp.zeros((learning.bp_max, *per_agent), jnp.float32),
+        )
+
+    def decide(
+        self, memory: Memory, parameters: Rules, seen: Observation, clock: Clock, learning: LearningParameters
+    ) -> tuple[Memory, jax.Array]:
+        """Learn from the last step, then choose: the memory with the new action set, and the action int32 [n, ...]."""
+        match = self.matched(parameters, seen)
+        ahead = qlearning.best_ahead(memory.quality, match)
+        quality, error = _learn(memory, ahead, clock.last_share, learning)
+        lots = _lots(parameters, clock, learning)
+        action = grasp.choose(match, quality, parameters.action, lots, learning.alpha_grasp)
+        if parameters.reflex is not None:
+            _, reflex = first_match(match & parameters.reflex, parameters.action)
+            action = jnp.where(reflex == NO_ACTION, action, reflex)
+        members = match & (parameters.action == action.astype(jnp.uint8))
+        trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
+        return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
+
+    def remember(self, memory: Memory, reward: jax.Array) -> Memory:
+        """Keep the reward of the action just taken, to learn from when the next step is seen."""
+        return dataclasses.replace(memory, reward=reward)
+
+    def gain(self, reward: jax.Array, acts: jax.Array) -> jax.Array:
+        """See `strength.gain`."""
+        return strength.gain(reward, acts)
+
+    def settle(self, memory: Memory, gains: jax.Array, learning: LearningParameters) -> Memory:
+        """Credit strength and usage after a round: see `strength.settle`; gains float32 [L, n, ...]."""
+        total, usage, recent = strength.settle(
+            memory.strength, memory.usage, memory.trace, memory.recent, gains, learning.trace_decay
+        )
+        return dataclasses.replace(memory, strength=total, usage=usage, recent=recent)
+
+    def finish(self, memory: Memory, last_share: jax.Array, learning: LearningParameters) -> Figures:
+        """The last action learnt with nothing ahead, strength divided by usage.
+
+        Call it between rounds. Calling it later than the first round after the end changes nothing.
+        """
+        quality, error = _learn(memory, jnp.zeros_like(memory.reward), last_share, learning)
+        settled = strength.finish(memory.strength, memory.usage, memory.trace, memory.recent, learning.trace_decay)
+        return Figures(quality=quality, strength=settled, error=error, usage=memory.usage)
+
+    def chosen(
+        self, memory: Memory, parameters: Rules, seen: Observation, clock: Clock, learning: LearningParameters
+    ) -> jax.Array:
+        """The rule that `decide` drew when it returned this memory: int32 [n, ...]; -1 where nothing matched."""
+        lots = _lots(parameters, clock, learning)
+        match = self.matched(parameters, seen)
+        drawn = grasp.chosen(match, memory.quality, parameters.action, lots, learning.alpha_grasp)
+        if parameters.reflex is None:
+            return drawn
+        flagged = match & parameters.reflex
+        return jnp.where(jnp.any(flagged, axis=0), jnp.argmax(flagged, axis=0).astype(jnp.int32), drawn)
+
+    def matched(self, parameters: Rules, seen: Observation) -> jax.Array:
+        """The match set: bool [R, n, ...]."""
+        return matching.match_set(parameters.mask, seen.truth)
 
 
-def chosen(
-    memory: Memory, rules: Rules, truth: jax.Array, key: jax.Array, t: jax.Array, learning: LearningParameters
-) -> jax.Array:
-    """The rule that ``decide`` drew when it returned this memory: int32 [n, ...]; -1 where nothing matched."""
-    match = matching.match_set(rules.mask, truth)
-    lots = _lots(rules, key, t, learning)
-    return grasp.chosen(match, memory.quality, rules.action, lots, learning.alpha_grasp)
-
-
-def _lots(rules: Rules, key: jax.Array, t: jax.Array, learning: LearningParameters) -> jax.Array:
+def _lots(rules: Rules, clock: Clock, learning: LearningParameters) -> jax.Array:
     """A uniform word for every rule and step: uint32 [R, n, ...]."""
     count, n = rules.action.shape[:2]
-    number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * t.ndim)
-    return randomness.bits(stored(randomness.stream(key, t, randomness.Purpose.RULE), learning.beta_q), number)
-
-
-def remember(memory: Memory, reward: jax.Array) -> Memory:
-    """Keep the reward of the action just taken, float32 [n, ...], to learn from when the next step is seen."""
-    return dataclasses.replace(memory, reward=reward)
-
-
-def settle(memory: Memory, gains: jax.Array, learning: LearningParameters) -> Memory:
-    """Credit strength and usage after a round: see ``strength.settle``; gains float32 [L, n, ...]."""
-    total, usage, recent = strength.settle(
-        memory.strength, memory.usage, memory.trace, memory.recent, gains, learning.trace_decay
-    )
-    return dataclasses.replace(memory, strength=total, usage=usage, recent=recent)
-
-
-def finish(memory: Memory, share: jax.Array, learning: LearningParameters) -> Memory:
-    """The memory of an episode that is over: last action learnt with nothing ahead, strength divided by usage.
-
-    Call it between rounds. Calling it later than the first round after the end changes nothing.
-    """
-    quality, error = _learn(memory, jnp.zeros_like(memory.reward), share, learning)
-    settled = strength.finish(memory.strength, memory.usage, memory.trace, memory.recent, learning.trace_decay)
-    return dataclasses.replace(memory, quality=quality, error=error, strength=settled)
+    number = np.arange(count * n, dtype=np.uint32).reshape(count, n, *(1,) * clock.t.ndim)
+    stream = randomness.stream(clock.key, clock.t, randomness.Purpose.RULE)
+    return randomness.bits(stored(stream, learning.beta_q), number)
 
 
 def _learn(

@@ -1,109 +1,92 @@
-"""A behaviour made by hand: if-then-else over the vocabulary (paper, section Human-designed Comparisons).
+"""Decision lists as text: an ordered list of rules of which the first that holds acts; the designed behaviour is one.
 
-The rules are an ordered list. In each step the first one whose condition holds acts; if none does, the agent does
-nothing. Nothing is learnt and nothing is drawn. ``behaviour`` reads such lists from text.
+One rule a line, `packet held & d_si < net => send to si`; what follows `#` is a remark.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import os
+from dataclasses import dataclass, field
+from importlib import resources
 
-import jax
-import jax.numpy as jnp
-import numpy as np
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.grammar.ruleset import Rule, RuleSets, parse_rule_text
+from slcs2_jax.grammar.source import read_source
+from slcs2_jax.grammar.vocabulary import PAPER, WORD_BITS, Vocabulary, quote
 
-from slcs2_jax.grammar.vocabulary import NO_ACTION
-from slcs2_jax.policy.classifier import Rules
-from slcs2_jax.policy.learning import LearningParameters
-from slcs2_jax.policy.matching import match_set
-
-ACTION_BITS = 8
-NOTHING = np.int32(2**31 - 1)
+DECISION_LISTS = ("designed",)
+MOST_RULES = 1000
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True)
-class Memory:
-    """usage: int32 [R, n, ...], time-steps in which the rule acted. All other figures of a rule are 0."""
+@dataclass(frozen=True)
+class DecisionList:
+    """A list that all agents share. Make one with `load_decision_list` or `parse_decision_list`.
 
-    usage: jax.Array
-
-    @property
-    def quality(self) -> jax.Array:
-        """No quality is learnt: float32 [R, n, ...], 0."""
-        return jnp.zeros(self.usage.shape, jnp.float32)
-
-    @property
-    def strength(self) -> jax.Array:
-        """No strength is credited: float32 [R, n, ...], 0."""
-        return self.quality
-
-    @property
-    def error(self) -> jax.Array:
-        """Nothing is predicted: float32 [R, n, ...], 0."""
-        return self.quality
-
-
-def initial_memory(rules: Rules, learning: LearningParameters) -> Memory:
-    """No rule has acted."""
-    return Memory(jnp.zeros(rules.action.shape, jnp.int32))
-
-
-def first_match(match: jax.Array, action: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The first rule that holds.
-
-    Args:
-        match: bool [R, n, ...].
-        action: uint8 [R, n, ...].
-
-    Returns:
-        Whether a rule is the one that acts, bool [R, n, ...], and its action, int32 [n, ...]; ``NO_ACTION`` if no rule
-        holds.
+    name: designed, or the user's path. text: as it was written. rules: in order.
     """
-    order = np.arange(match.shape[0], dtype=np.int32).reshape(-1, *(1,) * (match.ndim - 1))
-    # one minimum both finds the rule and tells what it does
-    ticket = jnp.where(match, (order << ACTION_BITS) | action.astype(jnp.int32), NOTHING)
-    first = jnp.min(ticket, axis=0)
-    chosen = jnp.where(first < NOTHING, first & np.int32(2**ACTION_BITS - 1), np.int32(NO_ACTION))
-    return match & (ticket == first), chosen
+
+    name: str
+    text: str = field(repr=False)
+    rules: tuple[Rule, ...]
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """That its rules are said in."""
+        return self.rules[0].vocabulary
+
+    @property
+    def clauses(self) -> tuple[int, ...]:
+        """Numbers of the clauses that its rules state, ascending."""
+        return tuple(sorted({clause for rule in self.rules for clause in rule.clauses}))
+
+    @property
+    def actions(self) -> tuple[int, ...]:
+        """Numbers of the actions that its rules take, ascending."""
+        return tuple(sorted({rule.action for rule in self.rules}))
+
+    @property
+    def channels_used(self) -> tuple[int, ...]:
+        """Indices of the channels that its rules name, ascending; the first channel if they name none."""
+        return self.rule_sets(1).channels_used
+
+    @property
+    def words(self) -> int:
+        """Words of a mask that its conditions need."""
+        return max(self.clauses) // WORD_BITS + 1
+
+    def rule_sets(self, agents: int) -> RuleSets:
+        """The same rules for each of so many agents."""
+        return RuleSets.from_rules([self.rules] * agents)
 
 
-def decide(
-    memory: Memory,
-    rules: Rules,
-    truth: jax.Array,
-    key: jax.Array,
-    t: jax.Array,
-    share: jax.Array,
-    learning: LearningParameters,
-) -> tuple[Memory, jax.Array]:
-    """The action of the first rule that holds; arguments and results as ``Controller.decide`` says."""
-    acts, action = first_match(match_set(rules.mask, truth), rules.action)
-    return Memory(memory.usage + acts.astype(jnp.int32)), action
+def parse_decision_list(text: str, *, name: str = "text", vocabulary: Vocabulary = PAPER) -> DecisionList:
+    """The decision list that a text describes.
+
+    Raises InputError of one line that names the list, the line, and what is accepted.
+    """
+    label = f"policy {quote(name, 120)}"
+    rules = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        said = line.split("#", 1)[0]
+        if not said.strip():
+            continue
+        try:
+            rules.append(parse_rule_text(said, vocabulary))
+        except InputError as error:
+            raise InputError(f"{label}: line {number}: {error}") from None
+    if not 1 <= len(rules) <= MOST_RULES:
+        raise InputError(f"{label}: {len(rules)} rules; accepted are 1 to {MOST_RULES}, one a line")
+    return DecisionList(name, text, tuple(rules))
 
 
-def chosen(
-    memory: Memory, rules: Rules, truth: jax.Array, key: jax.Array, t: jax.Array, learning: LearningParameters
-) -> jax.Array:
-    """The first rule that holds: int32 [n, ...]; -1 if none does."""
-    match = match_set(rules.mask, truth)
-    return jnp.where(jnp.any(match, axis=0), jnp.argmax(match, axis=0).astype(jnp.int32), np.int32(-1))
+def load_decision_list(name_or_path: str | os.PathLike[str], *, vocabulary: Vocabulary = PAPER) -> DecisionList:
+    """The designed behaviour (`designed`) or the user's own list from a text file.
 
-
-def remember(memory: Memory, reward: jax.Array) -> Memory:
-    """Rewards change nothing."""
-    return memory
-
-
-def gain(reward: jax.Array, acts: jax.Array) -> None:
-    """Nothing is credited."""
-
-
-def settle(memory: Memory, gains: None, learning: LearningParameters) -> Memory:
-    """Nothing is credited."""
-    return memory
-
-
-def finish(memory: Memory, share: jax.Array, learning: LearningParameters) -> Memory:
-    """The memory itself."""
-    return memory
+    Raises InputError of one line if there is no such list or file, or `parse_decision_list` refuses it.
+    """
+    if isinstance(name_or_path, str) and name_or_path in DECISION_LISTS:
+        text = (resources.files(__package__) / f"{name_or_path}.txt").read_text(encoding="utf-8")
+    else:
+        known = f"accepted are {', '.join(DECISION_LISTS)} or the path of a text file"
+        text = read_source("policy", name_or_path, known)
+    return parse_decision_list(text, name=str(name_or_path), vocabulary=vocabulary)

@@ -21,6 +21,7 @@ class LearningParameters:
     alpha_q_final: jax.Array
     beta_q: jax.Array
     trace_decay: jax.Array
+    initial_quality: jax.Array
     bp_max: int = dataclasses.field(metadata={"static": True})
 
     @classmethod
@@ -33,6 +34,7 @@ class LearningParameters:
             alpha_q_final=jnp.float32(final),
             beta_q=jnp.float32(learning.beta_q),
             trace_decay=jnp.float32(learning.trace_decay),
+            initial_quality=jnp.float32(learning.initial_quality),
             bp_max=learning.bp_max,
         )
 

@@ -11,11 +11,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from slcs2_jax.config.door import read_file, telling_damage
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import show
 from slcs2_jax.results.files import write_json
 
 _PREFIX = "slcs2_jax"
+_SPARSE = 12  # bytes, at least, to a list or a mapping of a document: each takes as many as a hundred of memory
 
 
 def checksum(value: Any) -> str:
@@ -37,24 +39,39 @@ def check_format(found: object, accepted: str) -> None:
     raise InputError(f"format {show(found)}; accepted is {accepted!r}")
 
 
-def write_document(path: Path, kind: str, version: int, content: Mapping[str, Any]) -> None:
+def write_document(
+    path: Path, kind: str, version: int, content: Mapping[str, Any], *, inside: Path | None = None
+) -> None:
     """Write a document, whole or not at all. Raises StorageError, and ValueError for NaN or infinity."""
     document = {"format": f"{_PREFIX} {kind} {version}", **content}
-    write_json(path, document | {"checksum": checksum(document)})
+    write_json(path, document | {"checksum": checksum(document)}, inside=inside)
 
 
-def read_document(path: Path, kind: str, version: int) -> dict[str, Any]:
-    """The content of a document. Raises InputError (without the file's name) if it is none or damaged, and OSError."""
-    value = parse_object(path.read_bytes())
+def read_document(path: Path, kind: str, version: int, most: int = 2**20) -> dict[str, Any]:
+    """The content of a document of at most `most` bytes.
+
+    Raises InputError (without the file's name) if it is none, larger or damaged, and OSError.
+    """
+    value = parse_object(read_file(path, most))
     check_format(value.pop("format", None), f"{_PREFIX} {kind} {version}")
     said = value.pop("checksum", None)
-    if said != checksum({"format": f"{_PREFIX} {kind} {version}", **value}):
-        raise InputError("its checksum does not fit: it was damaged or changed by hand")
+    check_sum({"format": f"{_PREFIX} {kind} {version}", **value}, said)
     return value
+
+
+def check_sum(value: Any, said: object) -> None:
+    """Raise InputError unless the checksum of a value that was read is the one that its file says."""
+    with telling_damage():  # a number too large for a float is infinite, and has none
+        if said == checksum(value):
+            return
+    raise InputError("its checksum does not fit: it was damaged or changed by hand")
 
 
 def parse_object(data: bytes) -> dict[str, Any]:
     """A JSON object of finite numbers from UTF-8 bytes; raises InputError."""
+
+    if data.count(b"[") + data.count(b"{") > 64 + len(data) // _SPARSE:
+        raise InputError("no JSON of slcs2: more lists and mappings than any document has")
 
     def refuse(name: str) -> None:
         raise ValueError(f"{name} is no finite number")

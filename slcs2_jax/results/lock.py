@@ -4,21 +4,65 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import json
 import os
-import resource
 import socket
+import sys
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from slcs2_jax.config.door import SAFE, must_be_regular, opened_folder, read_file
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import show
 from slcs2_jax.results.files import storing
 
 LOCK = "lock"
 _UNSUPPORTED = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL}
+_MOST = 4096  # bytes of the record
+_SPARE = 64  # open files that a process needs beside the locks it holds
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _system_lock(handle: int) -> None:
+        """Lock a byte far behind the record, which others may then still read. Raises BlockingIOError, OSError."""
+        os.lseek(handle, 2**30, os.SEEK_SET)
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        except PermissionError:
+            raise BlockingIOError from None
+
+    def _more_files(handle: int) -> None:
+        """Windows has no such limit."""
+
+    def _alive(pid: int) -> bool:
+        """Asking would end the process: every one counts as alive."""
+        return True
+
+else:
+    import fcntl
+    import resource
+
+    def _system_lock(handle: int) -> None:
+        """Lock the file. Raises BlockingIOError if another process has, OSError where there are no locks."""
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def _more_files(handle: int) -> None:
+        """Every run of a large batch keeps an open file: take what the system allows beyond the usual limit."""
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if handle + _SPARE > soft != hard:
+            more = 2 * soft if hard == resource.RLIM_INFINITY else min(hard, 2 * soft)
+            resource.setrlimit(resource.RLIMIT_NOFILE, (more, hard))
+
+    def _alive(pid: int) -> bool:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return False
+        except (PermissionError, OverflowError):
+            pass
+        return True
 
 
 class FolderLock:
@@ -27,7 +71,8 @@ class FolderLock:
     def __init__(self, folder: Path) -> None:
         """Take the lock; one that a dead process left is taken over.
 
-        Raises InputError if another process holds it, StorageError if the folder cannot be written.
+        Raises InputError if another process holds it, or it is no file of ours; StorageError if the folder cannot be
+        written.
         """
         self.path = folder / LOCK
         while True:
@@ -41,6 +86,7 @@ class FolderLock:
                 os.close(self._handle)
                 raise
             os.close(self._handle)  # whoever held it has removed the file meanwhile
+        _more_files(self._handle)
         owner = {
             "host": socket.gethostname(),
             "pid": os.getpid(),
@@ -48,11 +94,12 @@ class FolderLock:
         }
         with storing(self.path):
             os.ftruncate(self._handle, 0)
-            os.pwrite(self._handle, json.dumps(owner).encode() + b"\n", 0)
+            os.lseek(self._handle, 0, os.SEEK_SET)
+            os.write(self._handle, json.dumps(owner).encode() + b"\n")
 
     def _take(self, folder: Path) -> None:
         try:
-            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _system_lock(self._handle)
         except BlockingIOError:
             raise _held(folder, _owner(self._handle)) from None
         except OSError as error:
@@ -67,6 +114,9 @@ class FolderLock:
         with contextlib.suppress(OSError):
             self.path.unlink()
         os.close(self._handle)
+        if sys.platform == "win32":  # no open file can be removed there
+            with contextlib.suppress(OSError):
+                self.path.unlink()
         self._handle = -1
 
     def __enter__(self) -> FolderLock:
@@ -79,43 +129,62 @@ class FolderLock:
 def is_held(folder: Path) -> bool:
     """Does a process work in the folder, by what its lock says? On another host every process counts as alive.
 
-    Takes no lock, and writes nothing.
+    Takes no lock, and writes nothing. What is no lock of ours says nothing.
     """
     try:
-        owner = json.loads((folder / LOCK).read_bytes()[:4096])
-    except (OSError, ValueError):
+        owner = _record(read_file(folder / LOCK, _MOST))
+    except (OSError, InputError):
         return False
-    pid = owner.get("pid") if isinstance(owner, dict) else None
+    pid = owner.get("pid")
     if not isinstance(pid, int) or pid <= 0:
         return False
     return owner.get("host") != socket.gethostname() or _alive(pid)
 
 
 def _open(path: Path) -> int:
-    flags = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC
+    """The lock's file, made if it is not there. Raises InputError for a link or another name of a file elsewhere."""
     try:
-        return os.open(path, flags, 0o666)
-    except OSError as error:
-        if error.errno != errno.EMFILE:
+        with opened_folder(path.parent) as folder:
+            found = folder.state(path.name)
+            if found is not None:
+                _check(found)
+            handle = os.open(folder.name(path.name), os.O_RDWR | os.O_CREAT | SAFE, 0o666, dir_fd=folder.fd)
+        try:
+            _check(os.fstat(handle))
+        except BaseException:
+            os.close(handle)
             raise
-    # every run of a large batch keeps one open file: take what the system allows beyond the usual limit
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    more = 2 * soft if hard == resource.RLIM_INFINITY else hard
-    resource.setrlimit(resource.RLIMIT_NOFILE, (more, hard))
-    return os.open(path, flags, 0o666)
+    except InputError as error:
+        raise InputError(f"{path}: {error}; delete it") from None
+    return handle
+
+
+def _check(state: os.stat_result) -> None:
+    must_be_regular(state)
+    if state.st_nlink > 1 or state.st_size > _MOST:
+        raise InputError("is no lock of this program")
 
 
 def _same_file(handle: int, path: Path) -> bool:
     try:
-        return os.path.samestat(os.fstat(handle), os.stat(path))
+        return os.path.samestat(os.fstat(handle), os.lstat(path))
     except FileNotFoundError:
         return False
 
 
 def _owner(handle: int) -> dict[str, Any]:
     try:
-        owner = json.loads(os.pread(handle, 4096, 0))
-    except (OSError, ValueError):
+        os.lseek(handle, 0, os.SEEK_SET)
+        return _record(os.read(handle, _MOST))
+    except OSError:
+        return {}
+
+
+def _record(data: bytes) -> dict[str, Any]:
+    """Who holds the lock, {} if that is not said."""
+    try:
+        owner = json.loads(data)
+    except (ValueError, RecursionError):
         return {}
     return owner if isinstance(owner, dict) else {}
 
@@ -136,13 +205,3 @@ def _go_by_record(folder: Path, owner: dict[str, Any]) -> None:
     raise InputError(
         f"{_held(folder, owner)} (this file system has no locks: if that process is dead, delete {folder / LOCK})"
     )
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except (PermissionError, OverflowError):
-        pass
-    return True

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, Protocol, TextIO
 
+from slcs2_jax.config.escape import terminal
+
 
 class Report(Protocol):
     """What the driver calls while it works; `Progress` shows it, and anything with these two methods will do."""
@@ -73,6 +75,7 @@ class Progress:
 
     def note(self, text: str) -> None:
         """One line."""
+        text = terminal(text)
         if self._bar is not None:
             self._bar.console.print(text, highlight=False, markup=False)
         else:

@@ -8,9 +8,10 @@ from typing import Any
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import path_of, whole
+from slcs2_jax.config.door import present
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document
-from slcs2_jax.results.files import storing
+from slcs2_jax.results.files import names_in, storing
 from slcs2_jax.results.rows import read_rows
 from slcs2_jax.results.run_config import RunConfig, read_config
 from slcs2_jax.results.run_folder import (
@@ -21,6 +22,7 @@ from slcs2_jax.results.run_folder import (
     TIMING,
     TIMING_VERSION,
     check_usable,
+    most_rows,
 )
 from slcs2_jax.results.saved import SavedSolution, load_solution
 from slcs2_jax.results.summary import RunSummary
@@ -45,10 +47,10 @@ class FinishedRun:
     def members(self, instance: int) -> list[SavedSolution]:
         """The final collection of an instance; empty before the run has ended. Raises InputError."""
         instance = whole("instance", instance, 0, self.settings.instances - 1)
-        return [
-            load_solution(path)
-            for path in sorted((self.path / SOLUTIONS).glob(f"instance_{instance:03d}_member_*.npz"))
-        ]
+        prefix = f"instance_{instance:03d}_member_"
+        names = names_in(self.path / SOLUTIONS, inside=self.path)
+        found = [name for name in names if name.startswith(prefix) and name.endswith(".npz")]
+        return [load_solution(self.path / SOLUTIONS / name) for name in found]
 
 
 def read_run(path: str | Path) -> FinishedRun:
@@ -58,7 +60,7 @@ def read_run(path: str | Path) -> FinishedRun:
     summary = read_summary(folder, config)
     file = folder / GENERATIONS
     try:
-        rows = read_rows(file) if file.exists() else []
+        rows = read_rows(file, most_rows(config.settings)) if present(file) else []
         if summary is not None and config.evolves:
             _check_complete(rows, summary)
     except InputError as error:
@@ -68,7 +70,9 @@ def read_run(path: str | Path) -> FinishedRun:
 
 def read_summary(folder: Path, config: RunConfig) -> dict[str, Any] | None:
     """The summary of a run that has ended, None of one that goes on. Raises InputError naming a damaged file."""
-    summary = _document(folder / SUMMARY, "summary", SUMMARY_VERSION)
+    settings = config.settings
+    most = 2**18 + 512 * settings.instances + 128 * settings.search.fresh_deployments
+    summary = _document(folder / SUMMARY, "summary", SUMMARY_VERSION, most)
     if summary is not None and config.evolves and summary.get("generations") != config.settings.search.generations:
         return None  # that of a shorter run: this one was just about to go further
     return summary
@@ -96,15 +100,15 @@ def ended(settings: Settings) -> RunSummary | None:
 
 def read_timing(folder: Path) -> dict[str, Any] | None:
     """How long the run took so far, None if that was not written yet. Raises InputError naming a damaged file."""
-    return _document(folder / TIMING, "timing", TIMING_VERSION)
+    return _document(folder / TIMING, "timing", TIMING_VERSION, 2**16)
 
 
-def _document(file: Path, kind: str, version: int) -> dict[str, Any] | None:
-    if not file.exists():
+def _document(file: Path, kind: str, version: int, most: int) -> dict[str, Any] | None:
+    if not present(file):
         return None
     try:
         with storing(file, "read"):
-            return read_document(file, kind, version)
+            return read_document(file, kind, version, most)
     except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it, and slcs2 resume makes it again") from None
 

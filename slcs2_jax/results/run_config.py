@@ -14,9 +14,11 @@ from typing import Any
 
 from slcs2_jax import __version__
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config.door import present, read_file, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
-from slcs2_jax.results.documents import check_format, checksum
+from slcs2_jax.config.yaml_text import MOST_BYTES, parse_yaml
+from slcs2_jax.results.documents import check_format, check_sum, checksum
 from slcs2_jax.results.files import storing, write_text
 
 CONFIG = "config.yaml"
@@ -26,6 +28,7 @@ FORMAT = "slcs2_jax run 1"
 # Slots and chunk may not: they decide the last bits of the arithmetic.
 _FREE = ("run_dir", "generations", "compute.devices", "compute.cache")
 _FREE_SECTIONS = ("checkpoint",)
+_LONGEST = 2**16  # letters of a command in the record
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ def new_record(kind: str, device: str, more: Mapping[str, Any]) -> dict[str, Any
         "format": FORMAT,
         "kind": kind,
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "command": _printable(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]])) if sys.argv else "",
+        "command": _printable(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]))[:_LONGEST] if sys.argv else "",
         "device": device,
         "versions": versions(),
         **more,
@@ -85,35 +88,45 @@ def versions() -> dict[str, str]:
 
 def write_config(folder: Path, config: RunConfig) -> None:
     """Write config.yaml, whole or not at all. Raises StorageError."""
-    import yaml  # type: ignore[import-untyped]
+    import yaml
 
     content = settings_to_dict(config.settings) | {"record": dict(config.record)}
     content["record"]["checksum"] = checksum(content)
-    write_text(folder / CONFIG, yaml.safe_dump(content, sort_keys=False))
+    text = yaml.safe_dump(content, sort_keys=False)
+    if len(text) > MOST_BYTES:
+        raise InputError(f"{folder / CONFIG}: {len(text):,} letters; accepted are settings of at most {MOST_BYTES:,}")
+    write_text(folder / CONFIG, text)
 
 
 def read_config(folder: Path) -> RunConfig:
-    """Read config.yaml. Raises InputError naming the file if there is none, or it is damaged or of another program."""
-    import yaml
+    """Read config.yaml.
 
+    Raises InputError naming the file if there is none, or it is damaged or of another program; StorageError.
+    """
     file = folder / CONFIG
     label = f"{file}: not the configuration of a run of slcs2"
-    if not file.is_file():
+    if not present(file):
         raise InputError(f"{label} (no such file); accepted is a folder that slcs2 made")
-    with storing(file, "read"):
-        data = file.read_bytes()
     try:
-        content: Any = yaml.load(data, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-        record = dict(content["record"])
-        check_format(record.get("format"), FORMAT)
-        said = record.pop("checksum", None)
-        content["record"] = record
-        if said != checksum(content):
-            raise InputError("its checksum does not fit: it was damaged or changed by hand")
-        del content["record"]
-        return RunConfig(settings_from(content), record)
-    except (ValueError, LookupError, AttributeError, TypeError, RecursionError, yaml.YAMLError) as error:
+        with storing(file, "read"):
+            data = read_file(file, MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{label} ({error}); accepted is a folder that slcs2 made") from None
+    try:
+        with telling_damage():
+            return _from_content(parse_yaml(data))
+    except InputError as error:
         raise InputError(f"{label} ({show(str(error))}); start the run again in another folder") from None
+
+
+def _from_content(content: Any) -> RunConfig:
+    record = dict(content["record"])
+    check_format(record.get("format"), FORMAT)
+    said = record.pop("checksum", None)
+    content["record"] = record
+    check_sum(content, said)
+    del content["record"]
+    return RunConfig(settings_from(content), record)
 
 
 def check_same(wanted: Settings, found: Settings, folder: Path) -> None:

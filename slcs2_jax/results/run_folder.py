@@ -1,12 +1,13 @@
 """The folder of one run while it is made. What is in it is replaced whole or added to, never damaged.
 
-config.yaml, grammar.bnf, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of all, summary.json.
+config.yaml, grammar.bnf, perhaps world.yaml, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of
+all, summary.json.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +15,22 @@ from typing import Any
 from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
-from slcs2_jax.results.archive import read_archive, write_archive
+from slcs2_jax.grammar.source import MAX_BYTES
+from slcs2_jax.results.archive import Limits, read_archive, write_archive
 from slcs2_jax.results.documents import write_document
-from slcs2_jax.results.files import delete, remove_leftovers, storing, sync, write_whole
+from slcs2_jax.results.files import (
+    delete,
+    delete_others,
+    make_folder,
+    remove_leftovers,
+    storing,
+    sync,
+    write_whole,
+)
 from slcs2_jax.results.lock import FolderLock
-from slcs2_jax.results.rows import append_rows, cut_rows, sort_rows
+from slcs2_jax.results.rows import MOST_ROWS, append_rows, cut_rows, sort_rows
 from slcs2_jax.results.run_config import (
     CONFIG,
     RunConfig,
@@ -29,13 +40,13 @@ from slcs2_jax.results.run_config import (
     read_config,
     write_config,
 )
-from slcs2_jax.results.saved import SavedSolution
+from slcs2_jax.results.saved import SOLUTIONS, SavedSolution
 
-GRAMMAR, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY = (
+WORLD = "world.yaml"
+GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
     "grammar.bnf",
     "generations.jsonl",
     "checkpoint.npz",
-    "solutions",
     "timing.json",
     "summary.json",
 )
@@ -45,10 +56,18 @@ CHECKPOINT_FORMAT = "slcs2_jax checkpoint 1"
 SUMMARY_VERSION = TIMING_VERSION = 1
 
 
+def folders_with_config(root: Path, passed: list[str] | None = None) -> Iterator[Path]:
+    """The folders at and below `root` that hold a config.yaml, in order; links are not followed.
+
+    `passed` gets a line for each folder that was passed over. Raises InputError for more folders than any study has.
+    """
+    return (folder for folder in folders_below(root, passed) if present(folder / CONFIG))
+
+
 def check_free(path: str | Path) -> Path:
     """The folder as a Path if a new run may use it; raises InputError naming it otherwise. Makes nothing."""
     folder = check_writable(path)
-    taken = [name for name in _STARTED if (folder / name).exists()]
+    taken = [name for name in _STARTED if present(folder / name)]
     if taken:
         label = f"run_dir={show(str(path))}"
         raise InputError(f"{label}: already holds a run ({taken[0]}); accepted is a folder that is new or holds none")
@@ -63,7 +82,7 @@ def check_usable(settings: Settings) -> RunConfig | None:
     if settings.run_dir is None:
         raise InputError("run_dir=null: accepted is the path of a folder")
     folder = Path(settings.run_dir)
-    if not (folder / CONFIG).exists():
+    if not present(folder / CONFIG):
         check_free(folder)
         return None
     found = read_config(folder)
@@ -95,6 +114,7 @@ class RunFolder:
         with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
         config = RunConfig(settings, new_record(kind, device, record or {}))
+        write_world(folder, settings)
         write_config(folder, config)
         return cls(folder, config)
 
@@ -123,6 +143,7 @@ class RunFolder:
                 write_whole(folder / GRAMMAR, lambda file: file.write(data))
                 more = {**record, "grammar_crc": _crc(data)}
                 found = RunConfig(settings, new_record("evolve", device, more))
+                write_world(folder, settings)
                 write_config(folder, found)
             elif found.settings.search.generations < settings.search.generations:
                 search = replace(found.settings.search, generations=settings.search.generations)
@@ -147,7 +168,7 @@ class RunFolder:
         """Leave in generations.jsonl the rows of the first `generations[i]` generations of instance i alone."""
         file = self.path / GENERATIONS
         try:
-            cut_rows(file, generations)
+            cut_rows(file, generations, most_rows(self.config.settings))
         except InputError as error:
             raise InputError(f"{file}: {error}; {_start_over(GENERATIONS, CHECKPOINT)}") from None
 
@@ -155,24 +176,23 @@ class RunFolder:
         """Put generations.jsonl into the order of a run that has ended."""
         file = self.path / GENERATIONS
         try:
-            sort_rows(file)
+            sort_rows(file, most_rows(self.config.settings))
         except InputError as error:
             raise InputError(f"{file}: {error}; {_start_over(GENERATIONS, CHECKPOINT)}") from None
 
     def save_checkpoint(self, arrays: Mapping[str, NDArray[Any]], about: Mapping[str, Any]) -> None:
         """Replace checkpoint.npz, once the rows that it counts on are on the disk. Raises StorageError."""
-        file = self.path / GENERATIONS
-        if file.exists():
-            sync(file)
+        sync(self.path / GENERATIONS)
         write_archive(self.path / CHECKPOINT, CHECKPOINT_FORMAT, arrays, about, compressed=False)
 
     def load_checkpoint(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]] | None:
         """What save_checkpoint was given last, None before the first time. Raises InputError naming a damaged file."""
         file = self.path / CHECKPOINT
-        if not file.exists():
+        if not present(file):
             return None
         try:
-            return read_archive(file, CHECKPOINT_FORMAT)
+            with storing(file, "read"):
+                return read_archive(file, CHECKPOINT_FORMAT, checkpoint_limits(self.config.settings))
         except InputError as error:
             raise self.bad_checkpoint(error) from None
 
@@ -194,20 +214,15 @@ class RunFolder:
 
     def _save(self, name: str, solution: SavedSolution) -> Path:
         path = self.path / SOLUTIONS / f"{name}.npz"
-        with storing(path.parent, "made"):
-            path.parent.mkdir(exist_ok=True)
-        solution.save(path)
-        solution.save_text(path.with_suffix(".txt"))
+        make_folder(path.parent, inside=self.path)
+        solution.save(path, inside=self.path)
+        solution.save_text(path.with_suffix(".txt"), inside=self.path)
         return path
 
     def keep_solutions(self, kept: Iterable[Path]) -> None:
         """Delete every saved solution but these (.npz, and the .txt beside it): what a shorter run has left."""
         names = {path.with_suffix(end).name for path in kept for end in (".npz", ".txt")}
-        folder = self.path / SOLUTIONS
-        with storing(folder, "changed"):
-            for path in folder.iterdir():
-                if path.name not in names and path.suffix in (".npz", ".txt", ".tmp"):
-                    path.unlink()
+        delete_others(self.path / SOLUTIONS, names, (".npz", ".txt", ".tmp"), inside=self.path)
 
     def write_timing(self, timing: Mapping[str, Any]) -> None:
         """timing.json: how long the run took, which is no part of its results."""
@@ -218,19 +233,46 @@ class RunFolder:
         write_document(self.path / SUMMARY, "summary", SUMMARY_VERSION, summary)
 
 
+def write_world(folder: Path, settings: Settings) -> None:
+    """world.yaml, a copy of the world's file, if the run has one. config.yaml says the same; this is for people."""
+    if settings.world.content is not None:
+        data = settings.world.content.encode("utf-8")
+        write_whole(folder / WORLD, lambda file: file.write(data))
+
+
 def read_grammar(folder: Path, config: RunConfig) -> str:
     """The text of the grammar that a run was started with. Raises InputError naming the file if it was damaged."""
     file = folder / GRAMMAR
     try:
-        data = file.read_bytes()
-        if _crc(data) != config.record.get("grammar_crc"):
-            raise InputError("its checksum does not fit: it was damaged or changed by hand")
-        return data.decode("utf-8", "surrogatepass")
-    except (OSError, ValueError) as error:
+        with telling_damage("cannot be read"):
+            data = read_file(file, 3 * MAX_BYTES)  # it is as long as that in letters
+            if _crc(data) != config.record.get("grammar_crc"):
+                raise InputError("its checksum does not fit: it was damaged or changed by hand")
+            return data.decode("utf-8", "surrogatepass")
+    except InputError as error:
         raise InputError(
             f"{file}: not the grammar that the run was started with ({show(str(error))}); put it back, or start the "
             "run again in another folder"
         ) from None
+
+
+def most_rows(settings: Settings) -> int:
+    """How many lines generations.jsonl can have: a row for each instance and generation, and some cut short."""
+    return min(MOST_ROWS, settings.search.generations * settings.instances + 64)
+
+
+def checkpoint_limits(settings: Settings) -> Limits:
+    """What a checkpoint of a run can hold: the members of its collections, and the deployments that it waits for."""
+    size, search = settings.swarm.agents * settings.rules.rules, settings.search
+    deployments = max(search.min_deployments, search.max_redeployments + 1, search.fresh_deployments)
+    member = 80 * size + 2**14
+    deployment = 20 * size + 8 * settings.swarm.agents + 64
+    return Limits(
+        entries=64 + 64 * settings.instances,
+        size=2**20 + settings.instances * ((search.generations + 3) * member + deployments * deployment),
+        about=2**16 + 4096 * settings.instances,
+        compressed=False,
+    )
 
 
 def _crc(data: bytes) -> str:

@@ -1,6 +1,7 @@
 """A saved solution: its rules, what they had learnt, and what it was made with, in one .npz file without pickles.
 
-[n, R] = agents, rules; W = 4 words of 32 clauses.
+[n, R] = agents, rules. Rules stand in the file in words, each once, so that they mean the same whatever numbers clauses
+and actions have in a later version, or beside other plug-ins.
 """
 
 from __future__ import annotations
@@ -15,15 +16,16 @@ from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import path_of
-from slcs2_jax.config.field import refuse
-from slcs2_jax.grammar import RuleSets, rule_from_mask
-from slcs2_jax.grammar.vocabulary import MASK_WORDS
-from slcs2_jax.results.archive import check_arrays, read_archive, write_archive
+from slcs2_jax.config.door import present, telling_damage
+from slcs2_jax.config.field import refuse, show
+from slcs2_jax.grammar import RuleSets, parse_rule_text, rule_from_mask
+from slcs2_jax.grammar.vocabulary import Vocabulary
+from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
 from slcs2_jax.results.files import storing, write_text
 
-FORMAT = "slcs2_jax solution 2"
+FORMAT = "slcs2_jax solution 3"
 
-_RULES = {"mask": np.uint32, "action": np.uint8}
+_RULE = {"rule": np.int32}  # which of the texts each rule is
 _LEARNT = {"quality": np.float32, "strength": np.float32, "error": np.float32, "usage": np.int32}
 _ORIGIN = {"origin_kind": np.uint8, "origin_generation": np.int32, "origin_agent": np.int8}
 _NO_ORIGIN = {"origin_kind": 0, "origin_generation": 0, "origin_agent": -1}
@@ -36,8 +38,12 @@ _ABOUT: dict[str, type] = {
     "deployments": int,
     "grammar_text": str,
     "settings": dict,
+    "rules": list,
 }
 _MOST_AGENTS, _MOST_RULES = 64, 1000
+SOLUTIONS = "solutions"  # the folder of them in that of a run, which is no link
+# Bytes of a rule's figures; and of the texts of 64 000 rules, each another one, of some 25 clauses
+_LIMITS = Limits(entries=32, size=64 * _MOST_AGENTS * _MOST_RULES + 2**16, about=2**26)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,7 +51,7 @@ class SavedSolution:
     """One solution with its means over the deployments that evaluated it.
 
     Attributes:
-        rules: mask uint32[n, R, W] and action uint8[n, R].
+        rules: of n agents with R rules each.
         quality, strength, error: float32[n, R], q, zeta, epsilon at the end.
         usage: int32[n, R], tau.
         contribution: float32[n], delivered packets that the agent had held.
@@ -112,8 +118,8 @@ class SavedSolution:
             if value != own:
                 raise refuse(name, value, f"{own}, as the solution has it")
 
-    def save(self, path: Path) -> None:
-        """Write the file whole or not at all. Raises StorageError."""
+    def save(self, path: Path, *, inside: Path | None = None) -> None:
+        """Write the file whole or not at all; `inside` as in `results.files`. Raises StorageError."""
         about = {
             "instance_seed": int(self.instance_seed),
             "generation": int(self.generation),
@@ -123,7 +129,8 @@ class SavedSolution:
             "settings": settings_to_dict(self.settings),
         }
         arrays = {name: getattr(self, name) for name in _OTHER}
-        write_archive(path, FORMAT, arrays | {"mask": self.rules.mask, "action": self.rules.action}, about)
+        about["rules"], arrays["rule"] = _in_words(self.rules)
+        write_archive(path, FORMAT, arrays, about, inside=inside)
 
     def text(self) -> str:
         """Every agent's rules as a person reads them, the strongest first, with q, zeta, eps and tau."""
@@ -137,50 +144,81 @@ class SavedSolution:
             for rule in np.argsort(-self.strength[agent], kind="stable"):
                 q, zeta, eps = (array[agent, rule] for array in (self.quality, self.strength, self.error))
                 tau = self.usage[agent, rule]
-                text = _rule_text(self.rules.mask[agent, rule].tobytes(), int(self.rules.action[agent, rule]))
+                text = _rule_text(self.rules, agent, rule)
                 lines.append(f"{q:9.3f} {zeta:9.4f} {eps:9.3f} {tau:7d}  {text}")
         return "\n".join(lines) + "\n"
 
-    def save_text(self, path: Path) -> None:
+    def save_text(self, path: Path, *, inside: Path | None = None) -> None:
         """Write `text()` whole or not at all."""
-        write_text(path, self.text())
+        write_text(path, self.text(), inside=inside)
 
 
-@functools.lru_cache(maxsize=2**13)  # some 2 MB; the members of one collection have fewer different rules
-def _rule_text(mask: bytes, action: int) -> str:
-    """A rule in words; the members of a collection have most of theirs in common."""
-    return rule_from_mask(np.frombuffer(mask, np.uint32), action).text()
+def _rule_text(rules: RuleSets, agent: int, rule: int) -> str:
+    return _text(rules.mask[agent, rule].tobytes(), int(rules.action[agent, rule]), rules.vocabulary)
+
+
+@functools.lru_cache(maxsize=2**13)  # some 2 MB; the members of a collection have most of their rules in common
+def _text(mask: bytes, action: int, vocabulary: Vocabulary) -> str:
+    return rule_from_mask(np.frombuffer(mask, np.uint32), action, vocabulary).text()
+
+
+def _in_words(rules: RuleSets) -> tuple[list[str], NDArray[np.int32]]:
+    """The different rules in words, and which of them each rule is: int32[n, R]."""
+    places: dict[str, int] = {}
+    which = [
+        places.setdefault(_rule_text(rules, agent, rule), len(places)) for agent, rule in np.ndindex(rules.action.shape)
+    ]
+    return list(places), np.array(which, np.int32).reshape(rules.action.shape)
+
+
+def _from_words(texts: list[Any], which: NDArray[np.int32], channels: tuple[int, ...]) -> RuleSets:
+    """The rules that `_in_words` was given, by the numbers that clauses and actions have now. Raises InputError."""
+    vocabulary = Vocabulary.current(channels)
+    if len(texts) > which.size or not all(isinstance(text, str) for text in texts):
+        raise InputError("its rules are not those of a solution")
+    if which.min() < 0 or which.max() >= len(texts):
+        raise InputError("its rules are not those of a solution")
+    known = [parse_rule_text(text, vocabulary) for text in texts]
+    mask, action = np.array([rule.mask() for rule in known]), np.array([rule.action for rule in known], np.uint8)
+    return RuleSets(mask[which], action[which], vocabulary)
 
 
 def load_solution(path: str | Path) -> SavedSolution:
-    """Read a saved solution. Raises InputError naming the file if it is none, damaged, or holds impossible values."""
+    """Read a saved solution.
+
+    Raises InputError naming the file if it is none, damaged, or holds impossible values; StorageError.
+    """
     file = path_of("solution", path)
     label = f"solution={file}"
-    if not file.is_file():
+    if not present(file):
         raise InputError(f"{label}: no such file; accepted is a solution saved by slcs2, RUN/solutions/*.npz")
+    inside = file.parent.parent if file.parent.name == SOLUTIONS else None
     try:
         with storing(file, "read"):
-            return _from_entries(*read_archive(file, FORMAT))
+            entries, about = read_archive(file, FORMAT, _LIMITS, inside=inside)
+        with telling_damage("impossible values"):
+            return _from_entries(entries, about)
     except InputError as error:
         raise InputError(f"{label}: not a solution saved by slcs2 ({error})") from None
 
 
 def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> SavedSolution:
-    shape = entries["action"].shape if "action" in entries else (0, 0)
+    shape = entries["rule"].shape if "rule" in entries else (0, 0)
     if len(shape) != 2 or not 2 <= shape[0] <= _MOST_AGENTS or not 1 <= shape[1] <= _MOST_RULES:
         raise InputError(
-            f"action has shape {list(shape)}; accepted are 2-{_MOST_AGENTS} agents and 1-{_MOST_RULES} rules"
+            f"rule has shape {list(shape)}; accepted are 2-{_MOST_AGENTS} agents and 1-{_MOST_RULES} rules"
         )
-    expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULES).items()}
-    expected |= {"contribution": (np.float32, shape[:1]), "mask": (np.uint32, (*shape, MASK_WORDS))}
+    expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULE).items()}
+    expected["contribution"] = np.float32, shape[:1]
     check_arrays(entries, expected)
     if set(about) != set(_ABOUT):
         raise InputError("its description is not that of a solution")
     for name, kind in _ABOUT.items():
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
-            raise InputError(f"{name}={about[name]!r} has the wrong type")
+            raise InputError(f"{name}={show(repr(about[name]))} has the wrong type")
     settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}
-    return SavedSolution(rules=RuleSets(entries["mask"], entries["action"]), settings=settings, **arrays, **about)
+    rules = _from_words(about.pop("rules"), entries["rule"], settings.radio.channels)
+    return SavedSolution(rules=rules, settings=settings, **arrays, **about)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config.door import check_below, folders_below, name_inside, present, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
@@ -17,6 +18,8 @@ from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMA
 
 SWEEP = "sweep.json"
 _VERSION = 1
+MOST_RUNS = 10_000  # of one sweep
+_PER_RUN = 4096  # bytes, at most, of its note
 
 
 def write_sweep(root: str | Path, runs: Sequence[Settings]) -> None:
@@ -28,13 +31,17 @@ def write_sweep(root: str | Path, runs: Sequence[Settings]) -> None:
     with storing(folder, "made"):
         folder.mkdir(parents=True, exist_ok=True)
     before = _read(folder)
-    noted = before | {os.path.relpath(str(one.run_dir), folder): _plain(one) for one in runs}
+    noted = before | {Path(os.path.relpath(str(one.run_dir), folder)).as_posix(): _plain(one) for one in runs}
+    if len(noted) > MOST_RUNS:
+        raise InputError(f"{folder / SWEEP}: {len(noted):,} runs; accepted are at most {MOST_RUNS:,} in one folder")
     if noted != before:
         write_document(folder / SWEEP, "sweep", _VERSION, {"runs": noted})
 
 
-def runs_below(root: str | Path) -> tuple[list[Settings], int]:
+def runs_below(root: str | Path, passed: list[str] | None = None) -> tuple[list[Settings], int]:
     """Every run of evolution in a folder and below it, begun or not, and how many evaluations lie beside them.
+
+    Links are not followed; `passed` gets a line for each folder that was passed over.
 
     The settings are those that the runs were made with (the later ones of a sweep that was told to go further), with
     `run_dir` where they lie now, in the order of their folders.
@@ -46,7 +53,7 @@ def runs_below(root: str | Path) -> tuple[list[Settings], int]:
         raise InputError(f"folder={show(str(root))}: no such folder; accepted is the folder of a run or of several")
     found: dict[Path, Settings] = {}
     others = 0
-    folders = [top, *sorted(path for path in top.rglob("*") if path.is_dir())]
+    folders = list(folders_below(top, passed))
     for folder in folders:
         if not _is_run(folder):
             continue
@@ -58,6 +65,7 @@ def runs_below(root: str | Path) -> tuple[list[Settings], int]:
     for folder in folders:
         for name, plain in _read(folder).items():
             place = folder / name
+            check_below(folder, place)
             settings = _settings(plain, folder / SWEEP)
             if place in found:
                 check_same(replace(settings, search=found[place].search), found[place], place)
@@ -71,7 +79,7 @@ def runs_below(root: str | Path) -> tuple[list[Settings], int]:
 def _is_run(folder: Path) -> bool:
     """A config.yaml alone may be anybody's."""
     ours = (GRAMMAR, GENERATIONS, CHECKPOINT, SUMMARY)
-    return (folder / CONFIG).exists() and any((folder / name).exists() for name in ours)
+    return present(folder / CONFIG) and any(present(folder / name) for name in ours)
 
 
 def _plain(settings: Settings) -> dict[str, Any]:
@@ -80,17 +88,20 @@ def _plain(settings: Settings) -> dict[str, Any]:
 
 def _settings(plain: Any, file: Path) -> Settings:
     try:
-        return settings_from(plain)
-    except (InputError, AttributeError, TypeError) as error:
+        with telling_damage():
+            return settings_from(plain)
+    except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
 
 
 def _read(folder: Path) -> dict[str, Any]:
     file = folder / SWEEP
-    if not file.exists():
+    if not present(file):
         return {}
     try:
         with storing(file, "read"):
-            return dict(read_document(file, "sweep", _VERSION)["runs"])
-    except (InputError, KeyError, TypeError, ValueError) as error:
+            content = read_document(file, "sweep", _VERSION, 2**16 + MOST_RUNS * _PER_RUN)
+        with telling_damage():
+            return {str(name_inside(name)): plain for name, plain in dict(content["runs"]).items()}
+    except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None

@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.door import present, reading, telling_damage
+from slcs2_jax.results.files import storing
 from slcs2_jax.results.lock import is_held
 from slcs2_jax.results.reading import read_summary
-from slcs2_jax.results.rows import parse_row
+from slcs2_jax.results.rows import LONGEST_ROW, bounded_lines, parse_row
 from slcs2_jax.results.run_config import CONFIG, read_config
-from slcs2_jax.results.run_folder import GENERATIONS, SUMMARY
+from slcs2_jax.results.run_folder import GENERATIONS, SUMMARY, most_rows
 from slcs2_jax.results.sweep import runs_below
 
 RESCAN = 15.0  # s after which new runs are looked for
@@ -41,7 +43,7 @@ class WatchedRun:
     @property
     def begun(self) -> bool:
         """Has it a folder yet?"""
-        return (self.folder / CONFIG).exists()
+        return present(self.folder / CONFIG)
 
     @property
     def done(self) -> int:
@@ -58,29 +60,30 @@ class WatchedRun:
         if not self.begun:
             return
         self._read_rows()
-        if not self.finished and (self.folder / SUMMARY).exists():
+        if not self.finished and present(self.folder / SUMMARY):
             self.finished = read_summary(self.folder, read_config(self.folder)) is not None
         self.working = not self.finished and is_held(self.folder)
 
     def _read_rows(self) -> None:
         file = self.folder / GENERATIONS
+        if not present(file):
+            return
+        most = most_rows(self.settings)
         try:
-            with file.open("rb") as rows:
+            with storing(file, "read"), reading(file, most * LONGEST_ROW) as rows:
                 state = os.fstat(rows.fileno())
                 if state.st_ino != self._inode or state.st_size < self._read_to:  # written anew, perhaps cut
                     self._inode, self._read_to = state.st_ino, 0
                     self.generations, self.best, self.evaluations, self.env_steps = {}, {}, 0, 0.0
                 rows.seek(self._read_to)
-                data = rows.read()
-        except FileNotFoundError:
-            return
-        whole = data[: data.rfind(b"\n") + 1]
-        self._read_to += len(whole)
-        for line in whole.split(b"\n")[:-1]:
-            try:
-                self._count(parse_row(line))
-            except (InputError, LookupError, TypeError, ValueError) as error:
-                raise InputError(f"{file}: {error}; slcs2 resume {self.folder} says what can be done") from None
+                for line in bounded_lines(rows, most):
+                    if not line.endswith(b"\n"):
+                        break
+                    self._read_to += len(line)
+                    with telling_damage():
+                        self._count(parse_row(line))
+        except InputError as error:
+            raise InputError(f"{file}: {error}; slcs2 resume {self.folder} says what can be done") from None
 
     def _count(self, row: dict[str, object]) -> None:
         instance, generation = int(row["instance"]), int(row["generation"])  # type: ignore[call-overload]

@@ -4,39 +4,30 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Protocol
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Parameters
-from slcs2_jax.policy import classifier
-from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.grammar.language import Language, Sayer
+from slcs2_jax.policy.policy import Policy
+from slcs2_jax.policy.rules import Rules
 from slcs2_jax.rollout import LANES, Rollout, Shape
 from slcs2_jax.running.instance import Site, Task
 from slcs2_jax.running.schedule import Batch
 from slcs2_jax.world.arena import wall_capacity
+from slcs2_jax.world.emitters import jammer_room
 
 MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
 LEAST_TASKS = 12  # that each of these rollouts should have
 
 
-class RuleLanguage(Protocol):
-    """What rules are made of, a grammar or a behaviour: words per condition, and the channels they name."""
-
-    @property
-    def words(self) -> int: ...
-
-    @property
-    def channels_used(self) -> tuple[int, ...]: ...
-
-
 def make_batches(
     settings: Settings,
-    said: Sequence[RuleLanguage],
+    said: Sequence[Sayer],
     tasks: Sequence[Task],
     *,
     width: int | None = None,
-    controller: Controller = classifier,
+    policy: Policy | None = None,
 ) -> list[Batch]:
     """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
 
@@ -50,25 +41,26 @@ def make_batches(
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]
     return [
-        Batch(some, _rollout(settings, said, [task.site for task in some], width, controller))
+        Batch(some, _rollout(settings, said, [task.site for task in some], width, policy))
         for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
     ]
 
 
 def _rollout(
-    settings: Settings, said: Sequence[RuleLanguage], sites: Sequence[Site], width: int, controller: Controller
+    settings: Settings, said: Sequence[Sayer], sites: Sequence[Site], width: int, policy: Policy | None
 ) -> Rollout:
     shape = Shape(
         agents=settings.swarm.agents,
-        rules=settings.rules.rules,
-        words=max(one.words for one in said),
         channels=1 + max(max(one.channels_used) for one in said),
         walls=wall_capacity([site.scenario for site in sites]),
+        jammers=jammer_room([site.scenario for site in sites]),
     )
     devices = runtime.devices(settings.compute)
-    parameters = Parameters.of(settings, controller)
+    language = Language.of(said)
+    parameters = Parameters.of(settings, policy, language)
     slots = width * len(devices)
-    return Rollout(parameters, shape, slots=slots, devices=devices, chunk=settings.compute.chunk)
+    like = Rules.like(settings.rules.rules, settings.swarm.agents, language)
+    return Rollout(parameters, shape, like, slots=slots, devices=devices, chunk=settings.compute.chunk)
 
 
 def slots_per_device(settings: Settings, tasks: int) -> int:

@@ -15,16 +15,16 @@ from typing import Any
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
-from slcs2_jax.grammar import RuleSets, parse_grammar
-from slcs2_jax.policy import classifier
-from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.decision_text import Behaviour
-from slcs2_jax.policy.protocol import Controller
+from slcs2_jax.grammar import Grammar, RuleSets
+from slcs2_jax.grammar.language import Sayer
+from slcs2_jax.policy.decision_list import DecisionList
+from slcs2_jax.policy.first_match import FirstMatch
+from slcs2_jax.policy.policy import Policy
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, SavedSolution, ScenarioSummary
 from slcs2_jax.results.reading import ended
 from slcs2_jax.results.run_folder import check_usable
 from slcs2_jax.results.summary import spread
-from slcs2_jax.running.batches import RuleLanguage, make_batches, slots_per_device
+from slcs2_jax.running.batches import make_batches, slots_per_device
 from slcs2_jax.running.instance import Measurement, Site
 from slcs2_jax.running.memory import check_memory, measurement_bytes, search_bytes
 from slcs2_jax.running.run import MakeSearch, Run, prepare
@@ -32,6 +32,7 @@ from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
 from slcs2_jax.search.slcs2 import Search
+from slcs2_jax.swarm.task import task_of
 from slcs2_jax.world.scenario import make_scenario
 
 
@@ -197,38 +198,32 @@ def evaluate(
         InputError: a setting is impossible, or does not fit the solution.
     """
     solution.check_fits(settings)
-    rules = settings.rules
-    grammar = parse_grammar(
-        solution.grammar_text,
-        name=rules.grammar,
-        max_clauses=rules.max_clauses,
-        single_option_consumes=rules.single_option_consumes,
-    )
-    return _measure(settings, solution.rules, grammar, classifier, deployments, report or Quiet())
+    grammar = Grammar.of(settings, solution.grammar_text)
+    return _measure(settings, solution.rules, grammar, None, deployments, report or Quiet())
 
 
-def evaluate_behaviour(
-    settings: Settings, behaviour: Behaviour, *, deployments: int = 1, report: Report | None = None
+def evaluate_list(
+    settings: Settings, decisions: DecisionList, *, deployments: int = 1, report: Report | None = None
 ) -> EvaluationSummary:
-    """Deploy a behaviour made by hand in the scenarios of ``settings.instances`` seeds; ``settings.rules`` is unused.
+    """Deploy a decision list in the scenarios of ``settings.instances`` seeds; ``settings.rules`` is unused.
 
     Raises:
         InputError: a setting is impossible.
     """
-    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(behaviour.rules)))
-    rules = behaviour.rule_sets(settings.swarm.agents)
-    return _measure(settings, rules, behaviour, designed, deployments, report or Quiet())
+    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(decisions.rules)))
+    rules = decisions.rule_sets(settings.swarm.agents)
+    return _measure(settings, rules, decisions, FirstMatch(), deployments, report or Quiet())
 
 
 def _measure(
-    settings: Settings, rules: RuleSets, said: RuleLanguage, controller: Controller, deployments: int, report: Report
+    settings: Settings, rules: RuleSets, said: Sayer, policy: Policy | None, deployments: int, report: Report
 ) -> EvaluationSummary:
     devices = runtime.devices(settings.compute)
     width = slots_per_device(settings, settings.instances * deployments)
     check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
     sites = [_site(settings, said, instance) for instance in range(settings.instances)]
     tasks = [Measurement(site, rules, deployments) for site in sites]
-    batches = make_batches(settings, [said], tasks, width=width, controller=controller)
+    batches = make_batches(settings, [said], tasks, width=width, policy=policy)
     start = time.perf_counter()
 
     def tell() -> None:
@@ -254,12 +249,12 @@ def batch_key(settings: Settings) -> Any:
     """What runs must have in common to share a batch."""
     world = settings.world
     sizes = (settings.rules.rules, world.wall_thickness, world.buildings)
-    return settings.radio, settings.swarm, settings.learning, settings.compute, sizes
+    return settings.radio, settings.swarm, settings.learning, settings.task, settings.compute, sizes
 
 
-def _site(settings: Settings, said: RuleLanguage, instance: int) -> Site:
+def _site(settings: Settings, said: Sayer, instance: int) -> Site:
     scenario = make_scenario(settings, settings.seed + instance)
-    return Site(scenario, said.channels_used, settings.swarm.packets)
+    return Site(scenario, said.channels_used, settings.swarm.packets, task_of(settings))
 
 
 def _scenario_summary(task: Measurement) -> ScenarioSummary:

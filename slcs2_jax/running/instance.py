@@ -14,6 +14,7 @@ from slcs2_jax.search.evaluation import Deployment, fresh_deployment_key
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.packing import pack_deployments, unpack_deployments
 from slcs2_jax.search.slcs2 import HistoryRow, Search
+from slcs2_jax.swarm.task import Delivery, Score
 from slcs2_jax.world.scenario import Scenario
 
 Name = tuple[str, int, int]  # stage, generation, deployment
@@ -21,27 +22,33 @@ Name = tuple[str, int, int]  # stage, generation, deployment
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where a task's deployments take place, and how they are scored."""
+    """Where deployments take place, and how an episode is scored."""
 
     scenario: Scenario
     channels: tuple[int, ...]
     packets: int
+    task: Delivery
 
     def job(self, name: Name, rules: RuleSets, key: tuple) -> Job:
         """One deployment of a solution here."""
-        return Job(name, self.scenario, self.channels, rules.mask, rules.action, key)
+        return Job(name, self.scenario, self.channels, rules, key)
 
     def score(self, done: Done) -> Deployment:
-        """Fitness: share delivered minus share of time used (paper, fitness equation; spec 7)."""
+        """What the deployment measured, with its fitness by the task."""
+        score = Score(
+            delivered=done.delivered,
+            packets=self.packets,
+            steps=done.steps,
+            time_limit=self.scenario.time_limit,
+            measures=done.measures,
+        )
+        assert done.figures is not None
         return Deployment(
-            fitness=done.delivered / self.packets - done.steps / self.scenario.time_limit,
+            fitness=self.task.fitness(score),
             delivered=done.delivered,
             steps=done.steps,
             contribution=done.contribution,
-            quality=done.quality,
-            strength=done.strength,
-            error=done.error,
-            usage=done.usage,
+            **vars(done.figures),
         )
 
 

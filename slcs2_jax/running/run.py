@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import statistics
-import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -14,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings
-from slcs2_jax.grammar import Grammar, load_grammar, parse_grammar, random_rules
+from slcs2_jax.config.door import telling_damage
+from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.looking.solutions import as_saved
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.reading import read_timing
@@ -23,12 +22,10 @@ from slcs2_jax.running.instance import Instance, Site
 from slcs2_jax.running.usage import Usage
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.slcs2 import HistoryRow, Search
+from slcs2_jax.swarm.task import task_of
 from slcs2_jax.world.scenario import make_scenario
 
 MakeSearch = Callable[..., Search]
-
-# What restoring can raise if a checkpoint was put together by something else than this program.
-_FOREIGN = (LookupError, ValueError, TypeError, AttributeError, OverflowError, struct.error, zlib.error)
 
 
 @dataclass(eq=False)
@@ -74,8 +71,9 @@ class Run:
         if stored is not None:
             arrays, about = stored
             try:
-                self._restore(arrays, about)
-            except _FOREIGN as error:
+                with telling_damage():  # put together by something else than this program
+                    self._restore(arrays, about)
+            except InputError as error:
                 raise self.folder.bad_checkpoint(error) from None
         self.seconds_before = float((read_timing(self.folder.path) or {}).get("wall_seconds", 0.0))
         self.folder.cut_rows([run.search.generation for run in self.runs])
@@ -149,14 +147,9 @@ def prepare(settings: Settings, make_search: MakeSearch, *, device: str, width: 
         InputError: the folder holds another run, a damaged one, or one that another process works on.
         StorageError: the disk refuses.
     """
-    rules = settings.rules
-    options: dict[str, Any] = {
-        "max_clauses": rules.max_clauses,
-        "single_option_consumes": rules.single_option_consumes,
-    }
 
     def load() -> Grammar:
-        return load_grammar(rules.grammar, **options)
+        return Grammar.of(settings)
 
     if settings.run_dir is None:
         grammar = load()
@@ -168,7 +161,7 @@ def prepare(settings: Settings, make_search: MakeSearch, *, device: str, width: 
         started = folder.read_grammar()
         if not as_begun:
             _check_grammar(folder, started, load)
-        grammar = parse_grammar(started, name=rules.grammar, **options)
+        grammar = Grammar.of(settings, started)
         one = Run(settings, grammar, folder, _runs(settings, grammar, folder, make_search))
         one.restore()
     except BaseException:
@@ -213,7 +206,7 @@ def _runs(settings: Settings, grammar: Grammar, folder: RunFolder | None, make_s
             seed=scenario.seed,
             source=partial(_draw_rules, grammar, settings.rules.codons),
         )
-        site = Site(scenario, grammar.channels_used, settings.swarm.packets)
+        site = Site(scenario, grammar.channels_used, settings.swarm.packets, task_of(settings))
         record = partial(_record, folder, instance, scenario.seed)
         runs.append(Instance(search, site, settings.search.fresh_deployments, record))
     return runs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import struct
 import zlib
 from dataclasses import fields
@@ -13,6 +14,7 @@ import numpy as np
 Record = TypeVar("Record")
 
 _LENGTH = struct.Struct("<I")
+_MOST = 64 * 1000 * 16  # bytes of an array: agents, rules, and a condition's words
 
 
 class Compressed(Generic[Record]):
@@ -50,9 +52,21 @@ class Compressed(Generic[Record]):
         head, start = json.loads(self.data[start : start + length]), start + length
         for name, value in head.items():
             if isinstance(value, dict):
-                raw = bytearray(zlib.decompress(self.data[start : start + value["length"]]))
-                head[name] = np.frombuffer(raw, np.dtype(value["dtype"])).reshape(value["shape"])
+                dtype, size = np.dtype(value["dtype"]), math.prod(value["shape"])
+                raw = _unpacked(self.data[start : start + value["length"]], size * dtype.itemsize)
+                head[name] = np.frombuffer(raw, dtype).reshape(value["shape"])
                 start += value["length"]
             elif isinstance(value, list):
                 head[name] = tuple(value)
         return self._kind(**head)
+
+
+def _unpacked(data: bytes, size: int) -> bytearray:
+    """So many bytes from compressed ones, and never more. Raises ValueError, zlib.error."""
+    if not 0 <= size <= _MOST:
+        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST}")
+    unpacking = zlib.decompressobj()
+    raw = unpacking.decompress(data, size + 1)
+    if len(raw) != size or not unpacking.eof:
+        raise ValueError(f"an array is not {size} bytes long")
+    return bytearray(raw)

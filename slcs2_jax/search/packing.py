@@ -6,13 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from slcs2_jax.grammar.vocabulary import MASK_WORDS
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.solution import Solution
 
 _SOLUTION = {
-    "mask": (np.uint32, (MASK_WORDS,)),
+    "mask": (np.uint32, (1,)),
     "action": (np.uint8, ()),
     "origin_kind": (np.uint8, ()),
     "origin_generation": (np.int32, ()),

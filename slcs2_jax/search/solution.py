@@ -9,7 +9,6 @@ import numpy as np
 
 from slcs2_jax.config import InputError
 from slcs2_jax.grammar import rule_ids
-from slcs2_jax.grammar.vocabulary import MASK_WORDS
 from slcs2_jax.search.supply import RuleSupply
 
 
@@ -51,7 +50,7 @@ class Solution:
             raise InputError(f"solution.action has shape {shape}; [agents, rules] is expected")
         for name, dtype in _RULE_ARRAYS.items():
             array = getattr(self, name)
-            expected = (*shape, MASK_WORDS) if name == "mask" else shape
+            expected = (*shape, self.mask.shape[-1]) if name == "mask" else shape
             if array.shape != expected or array.dtype != dtype:
                 found = f"{array.dtype}{list(array.shape)}"
                 raise InputError(f"solution.{name} is {found}; {np.dtype(dtype)}{list(expected)} is expected")
@@ -84,7 +83,7 @@ def initial_solution(agents: int, rules: int, supply: RuleSupply) -> Solution:
     shape = (agents, rules)
     drawn = supply.take(agents * rules)
     return Solution(
-        mask=drawn["mask"].reshape(*shape, MASK_WORDS),
+        mask=drawn["mask"].reshape(*shape, -1),
         action=drawn["action"].reshape(shape),
         origin_kind=np.full(shape, Origin.INITIAL, np.uint8),
         origin_generation=np.zeros(shape, np.int32),

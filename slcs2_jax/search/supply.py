@@ -7,7 +7,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from slcs2_jax.config import InputError
-from slcs2_jax.grammar.vocabulary import MASK_WORDS
 
 BLOCK = 4096  # part of what a seed means: another size gives other rules
 
@@ -31,10 +30,10 @@ class RuleSupply:
     def _draw(self) -> dict[str, np.ndarray]:
         self._before = self._rng.bit_generator.state
         mask, action = self._source(BLOCK, self._rng)
-        if mask.shape != (BLOCK, MASK_WORDS) or action.shape != (BLOCK,):
+        if mask.ndim != 2 or len(mask) != BLOCK or action.shape != (BLOCK,):
             raise InputError(
                 f"rule source returned masks {mask.shape} and actions {action.shape} for {BLOCK} rules; "
-                f"({BLOCK}, {MASK_WORDS}) and ({BLOCK},) are expected"
+                f"({BLOCK}, words) and ({BLOCK},) are expected"
             )
         mask, action = np.asarray(mask, np.uint32), np.asarray(action, np.uint8)
         return {"mask": mask, "action": action}

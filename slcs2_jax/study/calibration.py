@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from slcs2_jax.config import InputError
+from slcs2_jax.config.door import present
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS
 from slcs2_jax.config.schema import accepted_paths, settings_fields, unknown_setting
@@ -120,7 +121,7 @@ class Notebook:
         file = self._file(cell)
         found: dict[Values, Estimate] = {}
         try:
-            for row in read_rows(file) if file.exists() else ():
+            for row in read_rows(file) if present(file) else ():
                 if row["sizes"] == dict(sizes):
                     values = tuple((str(name), value) for name, value in row["values"])
                     found[values] = Estimate(designed=float(row["designed"]), evolved=float(row["evolved"]))

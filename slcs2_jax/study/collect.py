@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.results import FinishedRun, read_run
-from slcs2_jax.results.run_folder import CONFIG
+from slcs2_jax.results.run_folder import folders_with_config
 from slcs2_jax.study.arm import COMPARED, Cell, arm_of, cell_of
 
 # How far a run goes, which the report treats by itself; and of the settings that are no part of the model the one that
@@ -74,8 +75,12 @@ class Outcome:
         return self.fresh if len(self.curve) == generations else None
 
 
-def collect(folder: str | Path) -> list[Outcome]:
+def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome]:
     """All results in a folder and below it, in a fixed order.
+
+    Args:
+        folder: that of an experiment, or any with runs in it; links in it are not followed.
+        passed: gets a line for each folder that was passed over, and why.
 
     Raises:
         InputError: no folder, no run in it, a damaged one, runs that cannot be compared, or one that is there twice.
@@ -84,10 +89,12 @@ def collect(folder: str | Path) -> list[Outcome]:
     if not root.is_dir():
         raise InputError(f"folder={show(str(folder))}: no such folder; accepted is a folder with runs of slcs2")
     outcomes: list[Outcome] = []
-    for config in sorted(root.rglob(CONFIG)):
-        run = read_run(config.parent)
+    for place in folders_with_config(root, passed):
+        run = read_run(place)
         if run.record.get("kind") == EVOLVED or (CONTROLLER in run.record and DEPLOYED in (run.summary or {})):
-            outcomes += _outcomes(run)  # and nothing of a saved solution that was evaluated again
+            outcomes += _outcomes(run)
+        elif passed is not None:
+            passed.append(f"{place}: is an evaluation of something that evolved elsewhere")
     if not outcomes:
         raise InputError(f"folder={show(str(folder))}: holds no run; accepted is a folder with runs of slcs2")
     if not any(len(one.curve) or len(one.deployments) for one in outcomes):
@@ -131,11 +138,9 @@ def _refuse_twice(outcomes: Iterable[Outcome]) -> None:
 
 
 def _outcomes(run: FinishedRun) -> list[Outcome]:
-    try:
+    with telling_damage(f"{run.path}: rows or summary without a figure that each must have"):
         best = {(row["instance"], row["generation"]): float(row["best"]) for row in run.rows}
         return [_outcome(run, instance, best) for instance in range(run.settings.instances)]
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{run.path}: rows or summary without a figure that each must have ({error})") from None
 
 
 def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], float]) -> Outcome:

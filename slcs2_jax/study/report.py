@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError
+from slcs2_jax.config import InputError, escape
 from slcs2_jax.config.field import show
-from slcs2_jax.results.files import write_text
+from slcs2_jax.results.files import make_folder, write_text
 from slcs2_jax.results.progress import duration
 from slcs2_jax.study.claim import KINDS, Finding, Verdict, judge, load_claims
 from slcs2_jax.study.collect import Outcome, collect
@@ -43,22 +43,30 @@ class Report:
     findings: tuple[Finding, ...]
 
 
-def write_report(folder: str | Path, out: str | Path | None = None, generations: int | None = None) -> Report:
+def write_report(
+    folder: str | Path,
+    out: str | Path | None = None,
+    generations: int | None = None,
+    passed: list[str] | None = None,
+) -> Report:
     """Write the report on all runs in a folder and below it; an older report there is replaced.
 
     Args:
         folder: of an experiment, or any with runs in it.
         out: where to; by default `report` in the folder.
         generations: compare after so many; by default the most that all runs of an experiment share.
+        passed: gets a line for each folder that was passed over, and why.
 
     Raises:
         InputError: no runs, runs that cannot be compared, or a place that cannot be written to.
     """
-    outcomes = collect(folder)
+    outcomes = collect(folder, passed)
     found = studies(outcomes, reported_experiments(), generations)
     findings = judge(load_claims(), found, BEST) + judge(load_claims(), found, FRESH)
     place = Path(folder) / REPORT if out is None else Path(out)
     try:
+        if out is None:
+            make_folder(place, inside=Path(folder))
         place.mkdir(parents=True, exist_ok=True)
         for path in place.iterdir():  # an older report may have had figures that this one has not
             if path.suffix in (".png", ".svg") and path.stem.endswith(_FIGURES):
@@ -186,7 +194,7 @@ def _markdown(
 ) -> str:
     parts = ["# Report", _provenance(outcomes)]
     for study in found:
-        parts += [f"## {study.title}", _state(study)]
+        parts += [f"## {escape.markdown(study.title)}", _state(study)]
         parts += [f"![{path.stem}]({path.name})" for path in drawn.get(study.name, []) if path.suffix == ".png"]
         parts += [table.markdown() for table in _tables(study)]
     parts += [_NOTES, "## The paper's claims", verdicts_markdown(findings)]
@@ -203,7 +211,7 @@ def _state(study: Study) -> str:
         rest = f"; the longest has {most}" if most > study.generations else ""
         lines.append(f"Compared after {study.generations} generations of every run{rest}.")
     if study.missing:
-        lines += ["", "Missing:", "", *(f"- {line}" for line in study.missing)]
+        lines += ["", "Missing:", "", *(f"- {escape.markdown(line)}" for line in study.missing)]
     else:
         lines.append("Nothing is missing.")
     return "\n".join(lines)
@@ -220,8 +228,9 @@ def _provenance(outcomes: Sequence[Outcome]) -> str:
     devices = sorted({str(one.record.get("device", "unknown")) for one in outcomes})
     versions = sorted({_versions(one.record) for one in outcomes})
     commands = sorted({_command(one.record) for one in outcomes})
-    lines += [f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}.", "", "Commands:", ""]
-    return "\n".join([*lines, *(f"- `{command}`" for command in commands)])
+    made = f"Devices: {', '.join(devices)}. Versions: {'; '.join(versions)}."
+    lines += [escape.markdown(made), "", "Commands:", ""]
+    return "\n".join([*lines, *(f"- {escape.markdown_code(command)}" for command in commands)])
 
 
 def _command(record: Any) -> str:

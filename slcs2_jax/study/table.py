@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tabulate import tabulate
 
+from slcs2_jax.config import escape
 from slcs2_jax.study.arm import arm_title
 from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.paper import printed_mean
@@ -29,19 +30,27 @@ class Table:
 
     def markdown(self) -> str:
         """A pipe table under its title."""
-        rows = [[_cell(value) for value in row] for row in self.rows]
-        return f"**{self.title}**\n\n{tabulate(rows, self.header, tablefmt='pipe', disable_numparse=True)}\n"
+        rows = [[escape.markdown(_cell(value)) for value in row] for row in self.rows]
+        header = [escape.markdown(name) for name in self.header]
+        table = tabulate(rows, header, tablefmt="pipe", disable_numparse=True)
+        return f"**{escape.markdown(self.title)}**\n\n{table}\n"
 
     def latex(self) -> str:
         """A table with booktabs' rules, as wide as the text (graphicx), for \\input."""
-        rows = [[_cell(value) for value in row] for row in self.rows]
-        body = tabulate(rows, self.header, tablefmt="latex_booktabs", disable_numparse=True)
-        title = self.title.replace("%", r"\%")
-        wide = f"\\resizebox{{\\linewidth}}{{!}}{{%\n{body}%\n}}"
+        rows = [" & ".join(escape.latex(_cell(value)) for value in row) for row in (self.header, *self.rows)]
+        head, *body = (f" {row} \\\\" for row in rows)
+        columns = "l" * len(self.header)
+        lines = [f"\\begin{{tabular}}{{{columns}}}", r"\toprule", head, r"\midrule", *body, r"\bottomrule"]
+        inner = "\n".join([*lines, r"\end{tabular}"])
+        wide = f"\\resizebox{{\\linewidth}}{{!}}{{%\n{inner}%\n}}"
+        title = escape.latex(self.title)
         return f"\\begin{{table}}\n\\centering\n\\caption{{{title}}}\n{wide}\n\\end{{table}}\n"
 
     def csv(self) -> str:
-        """Comma-separated; an interval fills two columns, low and high; what is not known is empty."""
+        """Comma-separated; an interval fills two columns, low and high; what is not known is empty.
+
+        A text that a spreadsheet would compute has an apostrophe before it (see `escape.csv_cell`).
+        """
         wide = {at for row in self.rows for at, value in enumerate(row) if isinstance(value, Interval)}
         header = [
             n
@@ -50,12 +59,13 @@ class Table:
         ]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(header)
+        writer.writerow([escape.csv_cell(name) for name in header])
         for row in self.rows:
             flat: list[object] = []
             for at, value in enumerate(row):
                 flat += [value] if at not in wide else list(value) if isinstance(value, Interval) else ["", ""]
-            writer.writerow(["" if value is None else value for value in flat])
+            texts = [escape.csv_cell(value) if isinstance(value, str) else value for value in flat]
+            writer.writerow(["" if value is None else value for value in texts])
         return text.getvalue()
 
 

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.state import UNKNOWN, State, lift
 from slcs2_jax.world.arena import Arena
@@ -18,18 +19,19 @@ def update(state: State, links: Links, arena: Arena, radio: RadioParameters) -> 
     """Enter who is heard now, with place and time, and the jammer where its noise reaches P_rs."""
     n = state.x.shape[0]
     heard = links.heard[:n]
-    noise = jnp.max(links.jamming[:, :n], axis=0)
-    distance = jnp.sqrt((arena.jammer_x - state.x) ** 2 + (arena.jammer_y - state.y) ** 2)
-    return dataclasses.replace(
+    state = dataclasses.replace(
         state,
         heard=links.heard,
         known_time=jnp.maximum(state.known_time, jnp.where(heard, state.t, UNKNOWN)),  # the fastest form of a choice
         known_x=jnp.where(heard, state.x[:, None], state.known_x),
         known_y=jnp.where(heard, state.y[:, None], state.known_y),
-        jammer_range=jnp.where(
-            noise >= radio.sensitivity, jnp.maximum(state.jammer_range, distance), state.jammer_range
-        ),
     )
+    if links.jammers is not None:
+        return jamming.notice(state, links.jammers, radio)
+    noise = jnp.max(links.jamming[:, :n], axis=0)
+    distance = jnp.sqrt((arena.jammer_x - state.x) ** 2 + (arena.jammer_y - state.y) ** 2)
+    farthest = jnp.maximum(state.jammer_range, distance)
+    return dataclasses.replace(state, jammer_range=jnp.where(noise >= radio.sensitivity, farthest, state.jammer_range))
 
 
 def share(state: State) -> State:
@@ -51,14 +53,16 @@ def share(state: State) -> State:
         return jnp.where(newer, latest, time), jnp.where(newer, told_x, x), jnp.where(newer, told_y, y)
 
     time, x, y = jax.lax.map(news, (state.known_time, state.known_x, state.known_y))
-    jammer = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
-    return dataclasses.replace(
+    state = dataclasses.replace(
         state,
         known_time=jnp.where(strangers, time, state.known_time),
         known_x=jnp.where(strangers, x, state.known_x),
         known_y=jnp.where(strangers, y, state.known_y),
-        jammer_range=jnp.maximum(state.jammer_range, jammer),
     )
+    if state.jammers is not None:
+        return jamming.share(state, heard)
+    jammer = jnp.max(jnp.where(heard, state.jammer_range[:, None], np.float32(0)), axis=0)
+    return dataclasses.replace(state, jammer_range=jnp.maximum(state.jammer_range, jammer))
 
 
 def known(state: State) -> jax.Array:

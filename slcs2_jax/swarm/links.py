@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.swarm import jamming as jammers
+from slcs2_jax.swarm.jamming import WORDS, Jamming
 from slcs2_jax.swarm.state import State, lift
 from slcs2_jax.world import randomness
 from slcs2_jax.world.arena import Arena
@@ -23,13 +25,24 @@ class Links:
 
     Attributes:
         power: float32 [n + 2, n + 2, ...], mW received at full power, [sender, receiver]; 0 on the diagonal.
-        jamming: float32 [C, n + 2, ...], mW received from the jammer on each channel.
+        jamming: float32 [C, n + 2, ...], mW received from all jammers on each channel.
         heard: bool [n + 2, n, ...], whose beacons each agent decoded.
+        jammers: each jammer's part; None where there is none but one that stays and answers.
     """
 
     power: jax.Array
     jamming: jax.Array
     heard: jax.Array
+    jammers: Jamming | None = None
+
+
+def drawn(state: State, arena: Arena, radio: RadioParameters) -> State:
+    """The state with all links of time-step ``state.t``."""
+    state = dataclasses.replace(state, power=draw(state, arena, radio))
+    if state.jammers is None:
+        return state
+    further = dataclasses.replace(state.jammers, power=jammers.draw(state, arena, radio))
+    return dataclasses.replace(state, jammers=further)
 
 
 def draw(state: State, arena: Arena, radio: RadioParameters) -> jax.Array:
@@ -42,30 +55,57 @@ def draw(state: State, arena: Arena, radio: RadioParameters) -> jax.Array:
     y1, y2 = _ends(state.node_y)
     number = lift(_number(state.node_x.shape[0]), state.t)
     stream = stored(randomness.stream(state.key, state.t, randomness.Purpose.SHADOWING), radio.sensitivity)
-    words = randomness.bits(stream, number)
+
+    def words(k: int) -> jax.Array:
+        if k == 0:
+            return randomness.bits(stream, number)
+        more = stored(randomness.stream(state.key, state.t, randomness.Purpose.FADING), radio.sensitivity)
+        return randomness.bits(more, number + np.uint32(k * WORDS))
+
     squared = (x2 - x1) ** 2 + (y2 - y1) ** 2
     walls = count_crossings(x1, y1, x2, y2, arena.walls)
-    return received_power(squared, walls, randomness.normal(words), radio)
+    return received_power(squared, walls, radio.fading.gain(words), radio)
 
 
 def measure(state: State, arena: Arena, radio: RadioParameters) -> Links:
-    """What the links drawn for the step carry: let the jammer answer, and see who hears whom."""
+    """What the links drawn for the step carry: let the jammers answer, and see who hears whom."""
     power = _unfold(state.power)
     nodes = power.shape[0] - 1
     at_jammer = power[:nodes, nodes]
-    active = arena.has_jammer & jnp.any(at_jammer >= radio.sensitivity, axis=0)
-    jamming = jnp.where(active, power[nodes, :nodes], np.float32(0))
-    # Beacons go out on every channel in use: the jammer hears them on the first of these and jams that one, and a
-    # beacon that is jammed there is still decoded on another.
-    first, escape = _first_in_use(arena.channels)
-    agents = nodes - 2
-    beacons = power[:nodes, :agents]
-    heard = decodable(beacons, jnp.where(escape, np.float32(0), jamming[:agents]), radio)
-    return Links(
-        power=power[:nodes, :nodes],
-        jamming=jnp.where(first[:, None], jamming, np.float32(0)),
-        heard=heard,
-    )
+    between = power[:nodes, :nodes]
+    up = working(state)
+    if up is not None:
+        between = jnp.where(up & up[:, None], between, np.float32(0))
+    if arena.emitters is None:
+        audible = at_jammer if up is None else jnp.where(up, at_jammer, np.float32(0))
+        active = arena.has_jammer & jnp.any(audible >= radio.sensitivity, axis=0)
+        noise = jnp.where(active, power[nodes, :nodes] if up is None else audible, np.float32(0))
+        # Beacons go out on every channel in use: the jammer hears them on the first of these and jams that one, and a
+        # beacon that is jammed there is still decoded on another.
+        first, escape = _first_in_use(arena.channels)
+        jamming = jnp.where(first[:, None], noise, np.float32(0))
+        least = jnp.where(escape, np.float32(0), noise[: nodes - 2])
+        every = None
+    else:
+        every = jammers.answer(at_jammer, up, state, arena, radio)
+        jamming, best = jammers.on_channels(every, arena.channels)
+        least = best[: nodes - 2]
+    heard = decodable(between[:, : nodes - 2], least, radio)
+    return Links(power=between, jamming=jamming, heard=heard, jammers=every)
+
+
+def moved_jammers(state: State, alive: jax.Array, arena: Arena, radio: RadioParameters) -> State:
+    """The state with the jammers where the step that ends takes them, from what they heard in it."""
+    if arena.emitters is None:
+        return state
+    return jammers.move(_unfold(state.power)[:-1, -1], working(state), alive, state, arena, radio)
+
+
+def working(state: State) -> jax.Array | None:
+    """Which nodes work: bool [n + 2, ...]; None where nobody ever fails. Source and sink always do."""
+    if state.down is None:
+        return None
+    return jnp.concatenate([~state.down, jnp.ones((2, *state.down.shape[1:]), bool)])
 
 
 def _first_in_use(channels: jax.Array) -> tuple[jax.Array, jax.Array]:

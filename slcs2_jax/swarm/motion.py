@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import ORBIT, TOWARD
 from slcs2_jax.swarm.intent import Intent
 from slcs2_jax.swarm.selection import least, take
 from slcs2_jax.swarm.state import State, SwarmParameters, lift
@@ -30,12 +30,12 @@ def proposed_step(state: State, intent: Intent, parameters: SwarmParameters) -> 
     distance = jnp.where(possible, distance, np.float32(1))
     ux, uy = dx / distance, dy / distance
     toward = jnp.clip(distance - parameters.clearance, np.float32(0), parameters.speed)
-    along = jnp.where(intent.direction == vocabulary.TOWARD, toward, -parameters.speed)
+    along = jnp.where(intent.direction == TOWARD, toward, -parameters.speed)
     # The chord s of a circle of radius d makes an angle with the tangent whose sine is s / 2d.
     chord = jnp.minimum(parameters.speed, 2 * distance)
     inward = chord / (2 * distance)
     ahead = jnp.sqrt(np.float32(1) - inward * inward)
-    orbits = intent.direction == vocabulary.ORBIT
+    orbits = intent.direction == ORBIT
     # Counter-clockwise around the target means to the right of someone who faces it.
     step_x = jnp.where(orbits, chord * (inward * ux + ahead * uy), along * ux)
     step_y = jnp.where(orbits, chord * (inward * uy - ahead * ux), along * uy)

@@ -1,57 +1,42 @@
-"""What an agent observes, and the truth of every clause that a rule may state (spec sections 4 and 5)."""
+"""What an agent observes: the truth of every clause, a vector of figures, and what it could do (paper, Appendix A)."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.grammar.vocabulary import CLAUSES, MASK_WORDS
+from slcs2_jax.grammar.language import Language
+from slcs2_jax.grammar.vocabulary import LEFT
+from slcs2_jax.swarm import clauses
 from slcs2_jax.swarm.links import Links
 from slcs2_jax.swarm.roles import Candidates, closest
 from slcs2_jax.swarm.state import State, SwarmParameters
+from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena
-from slcs2_jax.world.geometry import SLACK
 from slcs2_jax.world.radio import RadioParameters
 from slcs2_jax.world.stored import stored
-
-WORD_BITS = 32
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Observation:
-    """All that a controller may base a decision on.
+    """All that a policy may base a decision on.
 
     Attributes:
-        truth: uint32 [W, n, ...], bit k % 32 of word k // 32 tells whether clause k of the vocabulary holds.
-        left: float32 [5, n, ...], m, distances to so, si, c, sink and source; inf if undefined.
-        right: float32 [6, n, ...], m, so, si, c, d_th, net and the jammer's range; inf if undefined.
-        holding: bool [n, ...].
-        node_heard: bool [n, ...], source or sink is in N.
-        interference: float32 [C, n, ...], mW, NI of the last step.
-        heard: bool [n + 2, n, ...], N.
-        everybody: K and the nodes, with places and distances.
-        jammer_range: float32 [n, ...], m, 0 while no jammer is known.
-        running: bool [...], False once the episode is over.
+        truth: uint32 [W, n, ...], bit k % 32 of word k // 32 tells whether clause k of the vocabulary holds; nothing
+            holds for the agents of an episode that is over, or for one that is down.
+        view: what else there is to see, for policies of another kind; `features` makes a vector of it.
     """
 
     truth: jax.Array
-    left: jax.Array
-    right: jax.Array
-    holding: jax.Array
-    node_heard: jax.Array
-    interference: jax.Array
-    heard: jax.Array
-    everybody: Candidates
-    jammer_range: jax.Array
-    running: jax.Array
+    view: View
 
 
-def observe(
+def look(
     state: State,
     links: Links,
     everybody: Candidates,
@@ -59,73 +44,86 @@ def observe(
     radio: RadioParameters,
     parameters: SwarmParameters,
     running: jax.Array,
-) -> Observation:
-    """Form each agent's observation. Nothing is true for the agents of an episode that is over."""
-    sides: list[Any] = [everybody.source_side, everybody.sink_side, True]
-    roles = [closest(everybody.known & side, everybody.squared) for side in sides]
+) -> View:
+    """Put together what there is to see in a time-step."""
+    known = everybody.known
+    sides = [known & everybody.source_side, known & everybody.sink_side, known]
+    roles = [closest(side, everybody.squared) for side in sides]
     to_sink = jnp.sqrt((arena.estimate_x - state.x) ** 2 + (arena.estimate_y - state.y) ** 2)
     to_source = jnp.sqrt(state.x**2 + state.y**2)
     everywhere = jnp.ones_like(state.x)
     jammer = jnp.where(state.jammer_range > 0, state.jammer_range, jnp.inf)
-    left = [*roles, to_sink, to_source]
-    right = [*roles, everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer]
-    node_heard = jnp.any(links.heard[-2:], axis=0)
-    holds = {
-        "packet": state.holding,
-        "no_packet": ~state.holding,
-        "node": node_heard,
-        "no_node": ~node_heard,
-        "noise": state.interference <= radio.sensitivity,
-        "distance": _compare(left, right, parameters),
-    }
-    return Observation(
-        truth=stored(jnp.where(running, _pack(holds), np.uint32(0)), parameters.speed),
-        left=jnp.stack(left),
-        right=jnp.stack(right),
-        holding=state.holding,
-        node_heard=node_heard,
-        interference=state.interference,
-        heard=links.heard,
+    return View(
+        state=state,
+        arena=arena,
+        links=links,
         everybody=everybody,
-        jammer_range=state.jammer_range,
+        left=(*roles, to_sink, to_source),
+        right=(*roles, everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer),
+        node_heard=jnp.any(links.heard[-2:], axis=0),
         running=running,
+        radio=radio,
+        swarm=parameters,
     )
 
 
-def _compare(
-    left: list[jax.Array], right: list[jax.Array], parameters: SwarmParameters
-) -> dict[tuple[int, int, int], jax.Array]:
-    """Truth of every distance clause (left operand, operator, right operand): bool [n, ...] each.
-
-    An undefined operand makes its clause false under every operator. Equality has a tolerance of one step of motion or
-    a share of the right operand, whichever is more, and does not exclude ``<`` and ``>``, which need a difference
-    beyond rounding: the same distance may be computed in two ways.
-    """
-    holds = {}
-    for j, b in enumerate(right):
-        tolerance = jnp.maximum(parameters.speed, parameters.tolerance * b) + np.float32(SLACK)
-        for i, a in enumerate(left):
-            defined = (a < jnp.inf) & (b < jnp.inf)
-            holds[i, 0, j] = a < b - np.float32(SLACK)
-            holds[i, 1, j] = a > b + np.float32(SLACK)
-            holds[i, 2, j] = (a <= b + tolerance) & (a >= b - tolerance)
-            for operator in range(3):
-                holds[i, operator, j] &= defined
-    return holds
+def observe(view: View, language: Language) -> Observation:
+    """Form each agent's observation."""
+    truth = clauses.truth(view, language)
+    return Observation(stored(jnp.where(view.able, truth, np.uint32(0)), view.swarm.speed), view)
 
 
-def _pack(holds: dict[str, Any]) -> jax.Array:
-    """Truth of the vocabulary's clauses as bits: uint32 [W, n, ...]."""
-    words = [jnp.zeros(holds["packet"].shape, jnp.uint32)] * MASK_WORDS
-    for number, clause in enumerate(CLAUSES):
-        if clause.kind == "noise":
-            if clause.channel >= holds["noise"].shape[0]:
-                continue  # a channel that is not simulated, because no grammar of the batch uses it
-            truth = holds["noise"][clause.channel]
-        elif clause.kind == "distance":
-            truth = holds["distance"][clause.left, clause.operator, clause.right]
-        else:
-            truth = holds[clause.kind]
-        word, bit = divmod(number, WORD_BITS)
-        words[word] |= jnp.where(truth, np.uint32(1 << bit), np.uint32(0))
-    return jnp.stack(words)
+class Feature(NamedTuple):
+    """An entry of the vector that `features` makes: what it is, the unit of what it measures, and how it is scaled."""
+
+    name: str
+    unit: str
+    scale: str
+
+
+def feature_list(channels: int) -> tuple[Feature, ...]:
+    """The entries of `features` for a swarm with so many channels, in order."""
+    over_net, flag = "divided by net, at most 10; 10 if undefined", "0 or 1"
+    return (
+        *(Feature(name, "m", over_net) for name in LEFT),
+        Feature("xi, range of the nearest known jammer", "m", over_net),
+        Feature("packet held", "", flag),
+        Feature("source or sink heard", "", flag),
+        Feature("jammer known", "", flag),
+        Feature("agents heard", "agents", "share of the other agents"),
+        *(Feature(f"NI on channel {k}", "dB", "over P_rs, divided by 30 dB") for k in range(channels)),
+        Feature("time", "steps", "share of the time limit"),
+        Feature("x", "m", "along the line to the sink, share of the distance to it"),
+        Feature("y", "m", "across that line, divided by net"),
+    )
+
+
+def features(view: View) -> jax.Array:
+    """What each agent observes as one vector: float32 [F, n, ...], entries as `feature_list` says."""
+    state, net = view.state, view.radio.network_range
+    n = state.x.shape[0]
+    most = np.float32(10)
+
+    def near(distance: jax.Array) -> jax.Array:
+        return jnp.minimum(distance / net, most)
+
+    def flag(true: jax.Array) -> jax.Array:
+        return true.astype(jnp.float32)
+
+    decibels = np.float32(10 / np.log2(10.0)) * jnp.log2(state.interference / view.radio.sensitivity)
+    others = jnp.sum(view.heard[:n].astype(jnp.float32), axis=0) - flag(view.heard[np.arange(n), np.arange(n)])
+    time = state.t.astype(jnp.float32) / jnp.maximum(view.arena.time_limit, np.int32(1)).astype(jnp.float32)
+    ahead = jnp.sqrt(view.arena.estimate_x**2 + view.arena.estimate_y**2)
+    entries = [
+        *(near(distance) for distance in view.left),
+        near(view.right[-1]),
+        flag(state.holding),
+        flag(view.node_heard),
+        flag(state.jammer_range > 0),
+        others / np.float32(max(n - 1, 1)),
+        *(level / np.float32(30) for level in decibels),
+        jnp.broadcast_to(time, state.x.shape),
+        state.x / jnp.maximum(ahead, np.float32(1)),
+        state.y / net,
+    ]
+    return jnp.stack(entries)

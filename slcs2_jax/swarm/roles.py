@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.grammar import vocabulary
+from slcs2_jax.grammar.vocabulary import SI, SO, SOURCE, C
 from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm.selection import rows
 from slcs2_jax.swarm.state import State
@@ -83,11 +83,11 @@ def resolve(target: jax.Array, members: jax.Array, everybody: Candidates, witnes
         int32 [n, ...], the node; n + 2 if the target is undefined.
     """
     count = members.shape[0]
-    node = jnp.where(target == vocabulary.SOURCE, np.int32(count - 2), np.int32(count - 1))
+    node = jnp.where(target == SOURCE, np.int32(count - 2), np.int32(count - 1))
     role = rows(count, target) == node
-    role = jnp.where(target == vocabulary.SO, everybody.source_side, role)
-    role = jnp.where(target == vocabulary.SI, everybody.sink_side, role)
-    role = jnp.where(target == vocabulary.C, True, role)
+    role = jnp.where(target == SO, everybody.source_side, role)
+    role = jnp.where(target == SI, everybody.sink_side, role)
+    role = jnp.where(target == C, True, role)
     squared = stored(jnp.where(members & role, everybody.squared, jnp.inf), witness)
     tie = (jnp.sqrt(jnp.min(squared, axis=0)) + np.float32(SLACK)) ** 2
     equal = (squared <= tie) & (squared < jnp.inf)

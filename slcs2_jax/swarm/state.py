@@ -13,11 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.config.settings import Settings
+from slcs2_jax.swarm.failure import FailureParameters
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import SLACK
 
 UNKNOWN = np.int32(-1)  # time of knowledge never had
 WORD = 32  # agents per word of a packet's history
+OTHER_NODES = 3  # source, sink and jammer, behind the agents
 
 
 @jax.tree_util.register_dataclass
@@ -26,6 +28,7 @@ class SwarmParameters:
     """Spec section 4, every leaf a scalar: m, m per step, counts and costs.
 
     ``clear`` is the squared distance, m2, that keeps the clearance: a little less than its square, see ``SLACK``.
+    ``failures`` is None where nobody ever fails.
     """
 
     packets: jax.Array
@@ -38,6 +41,7 @@ class SwarmParameters:
     half_thickness: jax.Array
     cost_move: jax.Array
     cost_communicate: jax.Array
+    failures: FailureParameters | None = None
 
     @classmethod
     def of(cls, settings: Settings) -> SwarmParameters:
@@ -54,7 +58,30 @@ class SwarmParameters:
             half_thickness=jnp.float32(settings.world.wall_thickness / 2),
             cost_move=jnp.float32(learning.cost_move),
             cost_communicate=jnp.float32(learning.cost_communicate),
+            failures=FailureParameters.of(swarm),
         )
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True)
+class JammerState:
+    """The J jammers of a world where they are more than the paper's one.
+
+    Attributes:
+        x, y: float32 [J - 1, ...], m, where the second and further ones are; the first is a node.
+        power: float32 [J - 1, n + 2, ...], mW, their links of the step to come.
+        seen_time: int32 [J, n, ...], when self's news of a jammer is from; ``UNKNOWN`` for none.
+        seen_x, seen_y: float32 [J, n, ...], m, where it was then.
+        seen_range: float32 [J, n, ...], m, greatest distance at which it was heard; 0 if it never was.
+    """
+
+    x: jax.Array
+    y: jax.Array
+    power: jax.Array
+    seen_time: jax.Array
+    seen_x: jax.Array
+    seen_y: jax.Array
+    seen_range: jax.Array
 
 
 @jax.tree_util.register_dataclass
@@ -70,12 +97,16 @@ class State:
         known_time: int32 [n other, n self, ...], when self's news of other is from; ``UNKNOWN`` for none.
         known_x, known_y: float32 [n other, n self, ...], m, where other was then.
         heard: bool [n + 2, n, ...], whose beacons self decoded in the last step: agents, source, sink.
-        jammer_range: float32 [n, ...], m, greatest distance at which the jammer was heard, xi; 0 if unknown.
+        jammer_range: float32 [n, ...], m, greatest distance at which the jammer was heard, xi; 0 if unknown. Of
+            several, that of the nearest.
         holding: bool [n, ...], a packet in the buffer.
         history: uint32 [words, n, ...], bits of the agents that held the packet in self's buffer.
         waiting, delivered: int32 [...], packets at the source and at the sink.
         contribution: int32 [n, ...], delivered packets that self held.
         interference: float32 [C, n, ...], mW, NI: noise and interference measured over the last step.
+        jammers: all jammers; None where there is none but one that stays and answers.
+        down: bool [n, ...], who does not work in the step to come; None where nobody ever fails.
+        lost: int32 [...], packets that agents have lost by failing; None where nobody ever fails.
     """
 
     t: jax.Array
@@ -94,19 +125,29 @@ class State:
     delivered: jax.Array
     contribution: jax.Array
     interference: jax.Array
+    jammers: JammerState | None = None
+    down: jax.Array | None = None
+    lost: jax.Array | None = None
+
+    @property
+    def settled(self) -> jax.Array:
+        """Packets that are no longer under way, delivered or lost: int32 [...]."""
+        return self.delivered if self.lost is None else self.delivered + self.lost
 
     @property
     def x(self) -> jax.Array:
         """The agents' places along the line from source to sink: float32 [n, ...], m."""
-        return self.node_x[:-3]
+        return self.node_x[:-OTHER_NODES]
 
     @property
     def y(self) -> jax.Array:
         """The agents' places across that line: float32 [n, ...], m."""
-        return self.node_y[:-3]
+        return self.node_y[:-OTHER_NODES]
 
 
-def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.Array) -> State:
+def initial_state(
+    arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.Array, *, failing: bool = False
+) -> State:
     """The swarm as deployed: at its start positions, knowing nothing, all packets at the source, no links drawn.
 
     Args:
@@ -114,11 +155,12 @@ def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.A
         key: uint32 [2, ...].
         packets: int32 scalar.
         noise: float32 scalar, thermal noise in mW.
+        failing: whether agents can fail.
     """
     n, *batch = arena.start_x.shape
     pairs = jnp.zeros((n, n, *batch), jnp.float32)
     origin = jnp.zeros_like(arena.sink_x)
-    nodes = n + 3
+    nodes = n + OTHER_NODES
     return State(
         t=jnp.zeros(batch, jnp.int32),
         key=key,
@@ -136,12 +178,27 @@ def initial_state(arena: Arena, key: jax.Array, packets: jax.Array, noise: jax.A
         delivered=jnp.zeros(batch, jnp.int32),
         contribution=jnp.zeros((n, *batch), jnp.int32),
         interference=jnp.full((arena.channels.shape[0], n, *batch), noise, jnp.float32),
+        jammers=_initial_jammers(arena),
+        down=jnp.zeros((n, *batch), bool) if failing else None,
+        lost=jnp.zeros(batch, jnp.int32) if failing else None,
     )
 
 
-def running(state: State, arena: Arena, parameters: SwarmParameters) -> jax.Array:
-    """Whether the episode goes on: packets are under way and time is left (spec 4): bool [...]."""
-    return (state.delivered < parameters.packets) & (state.t < arena.time_limit)
+def _initial_jammers(arena: Arena) -> JammerState | None:
+    if arena.emitters is None:
+        return None
+    n, *batch = arena.start_x.shape
+    x, y = arena.emitters.route_x[0], arena.emitters.route_y[0]
+    unseen = jnp.zeros((x.shape[0], n, *batch), jnp.float32)
+    return JammerState(
+        x=x[1:],
+        y=y[1:],
+        power=jnp.zeros((x.shape[0] - 1, n + 2, *batch), jnp.float32),
+        seen_time=jnp.full(unseen.shape, UNKNOWN),
+        seen_x=unseen,
+        seen_y=unseen,
+        seen_range=unseen,
+    )
 
 
 def lift(constant: np.ndarray, like: jax.Array) -> np.ndarray:

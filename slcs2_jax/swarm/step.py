@@ -1,4 +1,4 @@
-"""One time-step of the world: observe, then act (spec sections 3 and 4)."""
+"""One time-step of the world: observe, then act (paper, sections on the environment and the agents)."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import dataclasses
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from slcs2_jax.config.settings import Settings
+from slcs2_jax.grammar.language import Language
+from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.swarm import intent as intents
-from slcs2_jax.swarm import knowledge, links, motion, observation, packets, reward, roles
-from slcs2_jax.swarm.intent import Intent
-from slcs2_jax.swarm.links import Links
+from slcs2_jax.swarm import knowledge, links, motion, observation, packets, roles
+from slcs2_jax.swarm.failure import who_is_down
 from slcs2_jax.swarm.observation import Observation
-from slcs2_jax.swarm.packets import Air
-from slcs2_jax.swarm.state import State, SwarmParameters, running
+from slcs2_jax.swarm.outcome import Outcome
+from slcs2_jax.swarm.state import OTHER_NODES, State, SwarmParameters, initial_state
+from slcs2_jax.swarm.task import Delivery, task_of
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.radio import RadioParameters
 
@@ -22,66 +25,86 @@ from slcs2_jax.world.radio import RadioParameters
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Physics:
-    """The parameters of the world, every leaf a scalar."""
+    """The world's parameters, every leaf a scalar; what can be said and done in it, and the task, are code."""
 
     radio: RadioParameters
     swarm: SwarmParameters
+    language: Language = dataclasses.field(default=Language(), metadata={"static": True})
+    task: Delivery = dataclasses.field(default=Delivery(), metadata={"static": True})
 
     @classmethod
-    def of(cls, settings: Settings) -> Physics:
+    def of(cls, settings: Settings, language: Language | None = None) -> Physics:
         """Take the values from the settings."""
-        return cls(RadioParameters.of(settings.radio), SwarmParameters.of(settings))
+        radio, swarm = RadioParameters.of(settings.radio), SwarmParameters.of(settings)
+        return cls(radio, swarm, language or Language(), task_of(settings))
 
 
-@jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True)
-class Outcome:
-    """What a step brought.
-
-    Attributes:
-        reward: float32 [n, ...], rho; meaningless for agents that did not act.
-        acts: bool [n, ...], who acted.
-        intent: what everybody was about.
-        air: the transmissions.
-    """
-
-    reward: jax.Array
-    acts: jax.Array
-    intent: Intent
-    air: Air
-
-
-def observe(state: State, arena: Arena, physics: Physics) -> tuple[State, Links, Observation]:
+def observe(state: State, arena: Arena, physics: Physics) -> tuple[State, Observation]:
     """Take the links drawn for the step, take in what is heard, and show each agent its view."""
     drawn = links.measure(state, arena, physics.radio)
     state = knowledge.update(state, drawn, arena, physics.radio)
     everybody = roles.candidates(state, arena)
-    alive = running(state, arena, physics.swarm)
-    seen = observation.observe(state, drawn, everybody, arena, physics.radio, physics.swarm, alive)
-    return state, drawn, seen
+    running = physics.task.running(state, arena, physics.swarm)
+    view = observation.look(state, drawn, everybody, arena, physics.radio, physics.swarm, running)
+    return state, observation.observe(view, physics.language)
 
 
-def act(
-    state: State, action: jax.Array, seen: Observation, drawn: Links, arena: Arena, physics: Physics
-) -> tuple[State, Outcome]:
+def act(action: jax.Array, seen: Observation, physics: Physics) -> tuple[State, jax.Array, Outcome]:
     """Carry out everybody's action at once.
 
     Args:
-        state: as ``observe`` left it.
         action: int32 [n, ...], numbers of the vocabulary; ``NO_ACTION`` for none.
-        seen, drawn: what ``observe`` returned.
-        arena, physics: the scenario and the parameters.
+        seen: what ``observe`` returned.
+        physics: the parameters.
+
+    Returns:
+        The next state; the reward, float32 [n, ...], meaningless for agents that did not act; and what happened.
     """
-    intent = intents.interpret(action, seen, state, arena, physics.radio, physics.swarm)
-    moved_packets, air = packets.transfer(state, drawn, intent, physics.radio)
+    view = seen.view
+    state, arena = view.state, view.arena
+    if state.down is not None:
+        action = jnp.where(state.down, np.int32(NO_ACTION), action)
+    intent = intents.interpret(action, view, physics.language)
+    moved_packets, air = packets.transfer(state, view.links, intent, physics.radio)
     step = motion.proposed_step(state, intent, physics.swarm)
     x, y = motion.resolve(state, *step, arena, physics.swarm)
+    moved_packets = links.moved_jammers(moved_packets, view.running, arena, physics.radio)
     after = dataclasses.replace(
         moved_packets,
-        node_x=state.node_x.at[:-3].set(x),
-        node_y=state.node_y.at[:-3].set(y),
-        t=state.t + seen.running.astype(jnp.int32),
+        node_x=moved_packets.node_x.at[:-OTHER_NODES].set(x),
+        node_y=moved_packets.node_y.at[:-OTHER_NODES].set(y),
+        t=state.t + view.running.astype(jnp.int32),
     )
-    after = dataclasses.replace(after, power=links.draw(after, arena, physics.radio))
-    gained = reward.reward(state, after, air, intent, arena, physics.swarm)
-    return after, Outcome(gained, intent.acts, intent, air)
+    after = failed(links.drawn(after, arena, physics.radio), view.running, physics.swarm)
+    outcome = Outcome(intent, air)
+    return after, physics.task.worth(view, after, outcome), outcome
+
+
+def begin(arena: Arena, key: jax.Array, physics: Physics) -> State:
+    """The swarm as deployed (key uint32 [2, ...]), with the links of the first step."""
+    failing = physics.swarm.failures is not None
+    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise, failing=failing)
+    running = physics.task.running(state, arena, physics.swarm)
+    return failed(links.drawn(state, arena, physics.radio), running, physics.swarm)
+
+
+def failed(state: State, running: jax.Array, parameters: SwarmParameters) -> State:
+    """The state with those down that do not work in time-step ``state.t``, without the packets that they so lose.
+
+    running: bool [...], whether the episode goes on.
+    """
+    if parameters.failures is None:
+        return state
+    assert state.down is not None  # for the type checker
+    assert state.lost is not None
+    down = jnp.where(running, who_is_down(state.down, state.key, state.t, parameters.failures), state.down)
+    if parameters.failures.keeps_packet:
+        return dataclasses.replace(state, down=down)
+    loses = down & state.holding
+    return dataclasses.replace(
+        state,
+        down=down,
+        holding=state.holding & ~loses,
+        history=jnp.where(loses, np.uint32(0), state.history),
+        lost=state.lost + jnp.sum(loses, axis=0, dtype=jnp.int32),
+    )

@@ -9,10 +9,10 @@ from typing import Any
 import jax
 import numpy as np
 
+from slcs2_jax.world.emitters import NOWHERE, Emitters, JammerRoom, jammer_room, stack_emitters
 from slcs2_jax.world.geometry import BLOCK, Lines, Walls
 from slcs2_jax.world.scenario import Scenario
 
-NOWHERE = 1.0e5  # m, where the jammer of a world without one is parked
 PADDING = (1.0e6, 1.0, -1.0)  # a wall that nothing meets: low > high
 
 
@@ -24,12 +24,13 @@ class Arena:
     Attributes:
         sink_x, sink_y: float32 [...], m.
         estimate_x, estimate_y: float32 [...], m, where the agents believe the sink to be.
-        jammer_x, jammer_y: float32 [...], m.
+        jammer_x, jammer_y: float32 [...], m, where the first jammer starts.
         has_jammer: bool [...].
         walls: vertical and horizontal, [V, ...] and [H, ...].
         start_x, start_y: float32 [n, ...], m.
         time_limit: int32 [...], T.
         channels: bool [C, ...], the channels that the instance's grammar uses.
+        emitters: all jammers, the first among them; None if no world has more than one that stays and answers.
     """
 
     sink_x: jax.Array
@@ -44,6 +45,7 @@ class Arena:
     start_y: jax.Array
     time_limit: jax.Array
     channels: jax.Array
+    emitters: Emitters | None = None
 
 
 def wall_capacity(scenarios: Sequence[Scenario]) -> tuple[int, int]:
@@ -54,7 +56,12 @@ def wall_capacity(scenarios: Sequence[Scenario]) -> tuple[int, int]:
 
 
 def stack(
-    scenarios: Sequence[Scenario], channels: Sequence[Sequence[int]], *, capacity: tuple[int, int], width: int
+    scenarios: Sequence[Scenario],
+    channels: Sequence[Sequence[int]],
+    *,
+    capacity: tuple[int, int],
+    width: int,
+    jammers: JammerRoom | None = None,
 ) -> Arena:
     """Stack scenarios along the last axis, as NumPy arrays ready for the device.
 
@@ -63,11 +70,13 @@ def stack(
         channels: for each, the indices of the channels that its grammar uses.
         capacity: rows for vertical and horizontal walls.
         width: number of channels simulated, C.
+        jammers: room for these; None takes what the scenarios ask for.
     """
+    room = jammers or jammer_room(scenarios)
     vertical = _padded([s.vertical for s in scenarios], capacity[0])
     horizontal = _padded([s.horizontal for s in scenarios], capacity[1])
     nowhere = np.array([NOWHERE, NOWHERE])
-    jammers = np.array([nowhere if s.jammer is None else s.jammer for s in scenarios], np.float32)
+    first = np.array([nowhere if s.jammer is None else s.jammer for s in scenarios], np.float32)
     sinks, estimates = (np.array([getattr(s, name) for s in scenarios]) for name in ("sink", "sink_estimate"))
     starts = np.stack([s.start for s in scenarios], axis=-1)
     fields: dict[str, Any] = dict(  # NumPy arrays, until they are put on a device
@@ -75,14 +84,15 @@ def stack(
         sink_y=sinks[:, 1],
         estimate_x=estimates[:, 0],
         estimate_y=estimates[:, 1],
-        jammer_x=jammers[:, 0],
-        jammer_y=jammers[:, 1],
+        jammer_x=first[:, 0],
+        jammer_y=first[:, 1],
         has_jammer=np.array([s.jammer is not None for s in scenarios]),
         walls=Walls(vertical, horizontal),
         start_x=starts[:, 0],
         start_y=starts[:, 1],
         time_limit=np.array([s.time_limit for s in scenarios], np.int32),
         channels=np.array([[c in used for used in channels] for c in range(width)]),
+        emitters=None if room is None else stack_emitters(scenarios, room),
     )
     return Arena(**fields)
 

@@ -1,33 +1,36 @@
-"""The radio: log-distance path loss, shadowing, walls, signal to interference plus noise ratio (spec section 3)."""
+"""The radio: received power, signal to interference plus noise ratio (spec section 3)."""
 
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.config.settings import Radio
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.radio import Radio
+from slcs2_jax.config.registry import KINDS
 
-DB_TO_LOG2 = float(np.log2(10.0) / 10.0)
+_SAMPLE = 1024  # links on which a user's part is tried
 
 
-def milliwatts(dbm: float) -> float:
-    """Power in mW of a level in dBm."""
-    return float(10.0 ** (dbm / 10.0))
+def milliwatts(dbm: Any) -> Any:
+    """Power in mW of a level in dBm, a number or a traced array."""
+    return 10.0 ** (dbm / 10.0)
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class RadioParameters:
-    """The radio in the units of the step: powers in mW, gains as powers of two. Every leaf is a float32 scalar."""
+    """The radio in the units of the step: powers in mW; propagation and fading with parameters of their own.
 
-    gain: jax.Array  # log2 of the mW received at the reference distance, without shadowing
-    slope: jax.Array  # log2 of the loss per log2 of the squared distance: half the path-loss exponent
-    floor: jax.Array  # m2, squared reference distance: nearer counts as there
-    shadowing: jax.Array  # log2 units, standard deviation
-    wall: jax.Array  # log2 units per wall
+    Every leaf of this package's parts is a float32 scalar.
+    """
+
+    propagation: Any  # of `propagation.Propagation`
+    fading: Any  # of `fading.Fading`
     noise: jax.Array  # mW
     sensitivity: jax.Array  # mW, P_rs
     threshold: jax.Array  # least SINR, a ratio
@@ -35,41 +38,70 @@ class RadioParameters:
     network_range: jax.Array  # m, net
 
     @classmethod
-    def of(cls, radio: Radio) -> RadioParameters:
-        """Convert settings in dB and dBm."""
-        d0 = radio.reference_distance
-        values = {
-            "gain": (radio.power_dbm - radio.reference_loss_db) * DB_TO_LOG2
-            + radio.path_loss_exponent * float(np.log2(d0)),
-            "slope": radio.path_loss_exponent / 2,
-            "floor": d0**2,
-            "shadowing": radio.shadowing_db * DB_TO_LOG2,
-            "wall": radio.wall_loss_db * DB_TO_LOG2,
-            "noise": milliwatts(radio.noise_dbm),
-            "sensitivity": milliwatts(radio.receive_threshold_dbm),
-            "threshold": milliwatts(radio.sinr_threshold_db),
-            "half_power": milliwatts(radio.half_power_db),
-            "network_range": radio.network_range,
-        }
-        return cls(**{name: jnp.float32(value) for name, value in values.items()})
+    def of(cls, radio: Any) -> RadioParameters:
+        """Convert settings in dB and dBm.
+
+        `radio` are the settings, or anything with their attributes, of which numbers may be traced arrays: then a
+        program compiled once serves every value, and what derives from them, the network range above all, follows.
+
+        Raises InputError naming a user's part that gives wrong shapes, types or numbers.
+        """
+        parts = {kind: KINDS[kind].get(getattr(radio, kind)) for kind in ("propagation", "fading")}
+        made = cls(
+            propagation=parts["propagation"].of(radio),
+            fading=parts["fading"].of(radio),
+            noise=jnp.float32(milliwatts(radio.noise_dbm)),
+            sensitivity=jnp.float32(milliwatts(radio.receive_threshold_dbm)),
+            threshold=jnp.float32(milliwatts(radio.sinr_threshold_db)),
+            half_power=jnp.float32(milliwatts(radio.half_power_db)),
+            network_range=jnp.float32(parts["propagation"].reach(radio)),
+        )
+        if isinstance(radio, Radio):
+            _try_out(made, radio)
+        return made
+
+
+def _try_out(radio: RadioParameters, settings: Radio) -> None:
+    """Refuse a user's part that gives something else than finite float32 numbers, one for each link."""
+    squared = jnp.geomspace(1, 1e6, _SAMPLE, dtype=jnp.float32)
+    words = jax.random.bits(jax.random.key(0), (16, _SAMPLE))
+    trials = {
+        "propagation": lambda: radio.propagation.level(squared, jnp.zeros_like(squared)),
+        "fading": lambda: radio.fading.gain(lambda k: words[k % 16]),
+    }
+    for kind, trial in trials.items():
+        name = getattr(settings, kind)
+        if KINDS[kind].home(name) is None:
+            continue
+        label = f"radio.{kind}={name} of {KINDS[kind].home(name)}"
+        try:
+            found = trial()
+        except Exception as error:
+            raise InputError(f"{label}: fails ({type(error).__name__}: {error}); accepted is a working part") from None
+        if found is None and kind == "fading":
+            continue
+        if getattr(found, "shape", None) != squared.shape or getattr(found, "dtype", None) != np.float32:
+            raise InputError(f"{label}: gives {type(found).__name__}; accepted is an array, float32 for every link")
+        if not bool(jnp.isfinite(found).all()):
+            raise InputError(f"{label}: gives NaN or infinity; accepted are finite numbers")
 
 
 def received_power(
-    squared_distance: jax.Array, walls: jax.Array, shadow: jax.Array, radio: RadioParameters
+    squared_distance: jax.Array, walls: jax.Array, gain: jax.Array | None, radio: RadioParameters
 ) -> jax.Array:
     """Power received over each link from a sender at full power (spec 3: P_t - PL(d) - walls * L_w + X).
 
     Args:
         squared_distance: float32 [...], m2.
         walls: float32 [...] or scalar, walls that the link crosses.
-        shadow: float32 [...], standard normal deviates.
+        gain: float32 [...], log2 of what fading makes of it; None for the mean.
         radio: parameters.
 
     Returns:
         float32 [...], mW.
     """
-    loss = radio.slope * jnp.log2(jnp.maximum(squared_distance, radio.floor))
-    return jnp.exp2(radio.gain - loss - radio.wall * walls + radio.shadowing * shadow)
+    level = radio.propagation.level(squared_distance, walls)
+    return jnp.exp2(level if gain is None else level + gain)
 
 
 def decodable(signal: jax.Array, disturbance: jax.Array, radio: RadioParameters) -> jax.Array:

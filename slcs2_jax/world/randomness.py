@@ -22,6 +22,13 @@ class Purpose(enum.IntEnum):
     SHADOWING = 0
     RULE = 1
     COLLECT = 2
+    FADING = 3  # further words of a link, where one does not do
+    JAMMER_LINK = 4  # links of the second jammer and further ones
+    EMISSION = 5
+    FAILURE = 6
+    RECOVERY = 7
+    FAILURE_LOT = 8  # who fails at a given time
+    POLICY = 16
 
 
 def _first_round(x: jax.Array) -> jax.Array:
@@ -65,6 +72,11 @@ def bits(stream: tuple[jax.Array, jax.Array], index: jax.Array | np.ndarray) -> 
     """
     low, high = stream
     return _second_round(_first_round(low ^ (index * GOLDEN)) + high)
+
+
+def uniform(words: jax.Array) -> jax.Array:
+    """Uniform numbers from uniform words: float32, from 2^-24 to 1 - 2^-24, so that 0 and 1 never come."""
+    return (words >> np.uint32(9)).astype(jnp.int32).astype(jnp.float32) * np.float32(2**-23) + np.float32(2**-24)
 
 
 # Giles (2010), "Approximating the erfinv function", single precision; constant term last.

@@ -33,13 +33,13 @@ class FaultyOs:
         return self._counting(name, function) if name in CALLS else function
 
     def _counting(self, name: str, function):
-        def call(*arguments):
+        def call(*arguments, **keywords):
             self.made[name] += 1
             if name == self.name and self.made[name] == self.at:
                 if self.number < 0:  # part of it arrives
                     os.write(arguments[0], bytes(arguments[1][: len(arguments[1]) // 2]))
                 raise OSError(abs(self.number), os.strerror(abs(self.number)))
-            return function(*arguments)
+            return function(*arguments, **keywords)
 
         return call
 

@@ -21,7 +21,7 @@ from slcs2_jax.grammar import (
     random_rules,
     rule_from_mask,
 )
-from slcs2_jax.grammar.vocabulary import ACTIONS, CLAUSES
+from slcs2_jax.grammar.vocabulary import PAPER
 
 # codons and their rule, by hand from the paper's tables; c%k in the comments: codon c among k options
 WORKED = [
@@ -270,7 +270,7 @@ def test_shares_of_clauses_and_actions():
         assert abs(measured - expected) < 5 * math.sqrt(expected * (1 - expected) / count) + 2e-4
 
     bits = np.unpackbits(mask.view(np.uint8), axis=1, bitorder="little")[:, :97].astype(bool)
-    kinds = np.array([clause.kind for clause in CLAUSES])
+    kinds = np.array([clause.kind for clause in PAPER.clauses])
     groups = {
         "noise": ("noise",),
         "packet": ("packet", "no_packet"),
@@ -283,7 +283,7 @@ def test_shares_of_clauses_and_actions():
         check(only.mean(), leaf_series(1 / 8 if name == "held" else 1 / 4, branch, leaf))
     check((bits.sum(axis=1) > 0).mean(), 1)
     assert not bits[:, 80:].any()
-    found = [ACTIONS[k] for k in range(57)]
+    found = [PAPER.actions[k] for k in range(57)]
     check(np.isin(action, [k for k, a in enumerate(found) if a.kind == "move"]).mean(), 1 / 2)
     check(np.isin(action, [k for k, a in enumerate(found) if a.kind == "collect"]).mean(), 1 / 4)
     check(np.isin(action, [k for k, a in enumerate(found) if a.kind == "send" and a.target == 0]).mean(), 52 / 256 / 4)
@@ -294,7 +294,7 @@ def test_shares_of_clauses_and_actions():
 def test_half_power_is_half():
     """The paper: about half of the communication rules of the power grammar are at half power at first."""
     _, action = random_rules(load_grammar("power"), 100_000, np.random.default_rng(2))
-    power = np.array([a.power for a in ACTIONS])[action]
+    power = np.array([a.power for a in PAPER.actions])[action]
     assert abs((power[power >= 0] == 0).mean() - 0.5) < 0.01
 
 

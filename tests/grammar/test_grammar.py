@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar import GRAMMARS, decode_rule, decode_rules, load_grammar, parse_grammar
-from slcs2_jax.grammar.vocabulary import FULL, N_ACTIONS, N_CLAUSES, collect_action, send_action
+from slcs2_jax.grammar.vocabulary import FULL, PAPER
 
 HEAD = "<Rule> ::= <C> => <A>\n"
 SMALL = HEAD + "<C> ::= <C> & <C> | packet held | no packet held\n<A> ::= orbit so | collect from source\n"
 
-MAIN_ACTIONS = [*range(21), collect_action(), *(send_action(target) for target in range(5))]
+MAIN_ACTIONS = [*range(21), PAPER.collect_action(), *(PAPER.send_action(target) for target in range(5))]
 
 
 def without(channels, powers):
     """Action numbers of a grammar with these channel and power indices."""
     airs = [(channel, power) for channel in channels for power in powers]
-    sends = [send_action(target, *air) for target in range(5) for air in airs]
-    return sorted([*range(21), *(collect_action(*air) for air in airs), *sends])
+    sends = [PAPER.send_action(target, *air) for target in range(5) for air in airs]
+    return sorted([*range(21), *(PAPER.collect_action(*air) for air in airs), *sends])
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def without(channels, powers):
         ("main", list(range(80)), MAIN_ACTIONS, (0,), 3),
         ("channel", list(range(97)), without((0, 1, 2), (FULL,)), (0, 1, 2), 4),
         ("power", list(range(95)), without((0,), (0, 1)), (0,), 3),
-        ("both", list(range(N_CLAUSES)), list(range(N_ACTIONS)), (0, 1, 2), 4),
+        ("both", list(range(len(PAPER.clauses))), list(range(len(PAPER.actions))), (0, 1, 2), 4),
     ],
 )
 def test_paper_grammars_derive_exactly_their_vocabulary(name, clauses, actions, channels, words):
@@ -213,15 +213,15 @@ def test_files_that_are_none(tmp_path):
     (tmp_path / "large").write_bytes(b"#" * (64 * 1024 + 1))
     os.mkfifo(tmp_path / "pipe")
     cases = {
-        tmp_path: "not a file",
-        tmp_path / "pipe": "not a file",
+        tmp_path: "is a folder; accepted is a regular file",
+        tmp_path / "pipe": "is a pipe; accepted is a regular file",
         tmp_path / "none.bnf": "no such grammar or file; accepted are main, channel, power, both",
         "mian": "no such grammar or file",
-        "": "not a file",
+        "": "cannot be read|is a folder",
         "a\0b": "cannot be read|no such",
         "x" * 5000: "cannot be read|no such",
         tmp_path / "latin": "not UTF-8 text",
-        tmp_path / "large": "larger than 65536 bytes",
+        tmp_path / "large": "65,537 bytes; accepted are at most 65,536",
         7: "is no name",
         None: "is no name",
         b"main": "is no name",

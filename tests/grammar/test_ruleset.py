@@ -18,7 +18,7 @@ from slcs2_jax.grammar import (
     rule_from_mask,
     rule_ids,
 )
-from slcs2_jax.grammar.vocabulary import N_ACTIONS, N_CLAUSES
+from slcs2_jax.grammar.vocabulary import PAPER
 
 
 def test_order_and_duplicates_do_not_matter():
@@ -30,7 +30,7 @@ def test_order_and_duplicates_do_not_matter():
 
 
 @settings(max_examples=300)
-@given(st.sets(st.integers(0, N_CLAUSES - 1), min_size=1, max_size=10), st.integers(0, N_ACTIONS - 1))
+@given(st.sets(st.integers(0, len(PAPER.clauses) - 1), min_size=1, max_size=10), st.integers(0, len(PAPER.actions) - 1))
 def test_every_rule_round_trips(clauses, action):
     rule = make_rule(clauses, action)
     assert parse_rule_text(rule.text()) == rule

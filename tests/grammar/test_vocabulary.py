@@ -4,6 +4,7 @@ import pytest
 
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar import vocabulary as v
+from slcs2_jax.grammar.vocabulary import PAPER
 
 NUMBERS = [
     (0, "NI <= P_rs"),
@@ -38,35 +39,35 @@ ACTION_NUMBERS = [
 
 @pytest.mark.parametrize(("number", "text"), NUMBERS)
 def test_clause_numbers(number, text):
-    assert v.clause_text(number) == text
-    assert v.parse_clause(text) == number
+    assert PAPER.clause_text(number) == text
+    assert PAPER.parse_clause(text) == number
 
 
 @pytest.mark.parametrize(("number", "text"), ACTION_NUMBERS)
 def test_action_numbers(number, text):
-    assert v.action_text(number) == text
-    assert v.parse_action(text) == number
+    assert PAPER.action_text(number) == text
+    assert PAPER.parse_action(text) == number
 
 
 def test_every_number_round_trips_and_no_two_share_words():
-    clauses = [v.clause_text(k) for k in range(v.N_CLAUSES)]
-    actions = [v.action_text(k) for k in range(v.N_ACTIONS)]
-    assert [v.parse_clause(text) for text in clauses] == list(range(97))
-    assert [v.parse_action(text) for text in actions] == list(range(57))
-    said = [phrase for phrases in v.CLAUSE_PHRASES + v.ACTION_PHRASES for phrase in phrases]
+    clauses = [PAPER.clause_text(k) for k in range(len(PAPER.clauses))]
+    actions = [PAPER.action_text(k) for k in range(len(PAPER.actions))]
+    assert [PAPER.parse_clause(text) for text in clauses] == list(range(97))
+    assert [PAPER.parse_action(text) for text in actions] == list(range(57))
+    said = [phrase for phrases in PAPER.clause_phrases + PAPER.action_phrases for phrase in phrases]
     assert len(set(said)) == len(said)
 
 
 def test_the_data_say_what_the_words_say():
-    for number, clause in enumerate(v.CLAUSES):
+    for number, clause in enumerate(PAPER.clauses):
         if clause.kind == "distance":
             words = f"{v.LEFT[clause.left]} {v.OPERATORS[clause.operator]} {v.RIGHT[clause.right]}"
-            assert v.clause_text(number) == words
-            assert number == v.distance_clause(clause.left, clause.operator, clause.right)
+            assert PAPER.clause_text(number) == words
+            assert number == PAPER.distance_clause(clause.left, clause.operator, clause.right)
         elif clause.kind == "noise":
-            assert v.parse_clause(f"noise on {v.CHANNELS[clause.channel]} <= P_rs") == number
-    for number, action in enumerate(v.ACTIONS):
-        text = v.action_text(number)
+            assert PAPER.parse_clause(f"noise on {v.CHANNELS[clause.channel]} <= P_rs") == number
+    for number, action in enumerate(PAPER.actions):
+        text = PAPER.action_text(number)
         assert text.startswith({"move": ("move", "orbit"), "collect": "collect", "send": "send to"}[action.kind])
         if action.kind == "move":
             assert text.endswith(" " + v.MOVE_TARGETS[action.target])
@@ -77,21 +78,21 @@ def test_the_data_say_what_the_words_say():
             full = text.replace(" at half power", "")
             channel = v.CHANNELS[action.channel]
             said = full if action.channel else f"{full} on {channel}"
-            assert v.parse_action(f"{said} at {v.POWERS[action.power]} power") == number
+            assert PAPER.parse_action(f"{said} at {v.POWERS[action.power]} power") == number
 
 
 @pytest.mark.parametrize(
     ("text", "number"), [("d_si<net", 24), ("  NI<=P_rs ", 0), ("noise on 1 <= P_rs", 0), ("d_sink =  xi", 91)]
 )
 def test_spacing_and_said_defaults_do_not_matter(text, number):
-    assert v.parse_clause(text) == number
+    assert PAPER.parse_clause(text) == number
 
 
 @pytest.mark.parametrize(
     ("text", "number"), [("move away so", 7), ("move orbit c", 16), ("send to c on 1 at full power", 40)]
 )
 def test_other_words_for_actions(text, number):
-    assert v.parse_action(text) == number
+    assert PAPER.parse_action(text) == number
 
 
 @pytest.mark.parametrize(
@@ -99,7 +100,7 @@ def test_other_words_for_actions(text, number):
 )
 def test_unknown_clause(text):
     with pytest.raises(InputError, match="clauses are: packet held") as caught:
-        v.parse_clause(text)
+        PAPER.parse_clause(text)
     assert "\n" not in str(caught.value)
 
 
@@ -108,16 +109,16 @@ def test_unknown_clause(text):
 )
 def test_unknown_action(text):
     with pytest.raises(InputError, match="actions are: move toward"):
-        v.parse_action(text)
+        PAPER.parse_action(text)
 
 
 @pytest.mark.parametrize("number", [-1, 97, 1000])
 def test_unknown_clause_number(number):
     with pytest.raises(InputError, match=r"0\.\.96"):
-        v.clause_text(number)
+        PAPER.clause_text(number)
 
 
 @pytest.mark.parametrize("number", [-1, 57, v.NO_ACTION])
 def test_unknown_action_number(number):
     with pytest.raises(InputError, match=r"0\.\.56"):
-        v.action_text(number)
+        PAPER.action_text(number)

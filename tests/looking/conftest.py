@@ -13,6 +13,7 @@ from slcs2_jax.config import Checkpoint, Compute, Radio, Rules, Search, Settings
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.looking.recording import Recording, record
 from slcs2_jax.looking.solutions import replay
+from slcs2_jax.policy.bound import bind_rules
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import SOLUTIONS, SUMMARY
 from slcs2_jax.running import driver
@@ -67,4 +68,4 @@ def jammed_episode() -> Recording:
     grammar = load_grammar("main")
     rules = random_rule_sets(grammar, agents, 40, np.random.default_rng(4))
     key = fresh_deployment_key(7, 1)
-    return record(settings, make_scenario(settings, 7), rules, grammar.channels_used, key)
+    return record(settings, make_scenario(settings, 7), bind_rules(rules, grammar), key)

@@ -11,10 +11,10 @@ import pytest
 from slcs2_jax import api
 from slcs2_jax.config import Compute, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
-from slcs2_jax.grammar.vocabulary import ACTIONS, NO_ACTION
+from slcs2_jax.grammar.vocabulary import NO_ACTION, PAPER
 from slcs2_jax.looking.recording import NOBODY, Recording, record
-from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.decision_text import load_behaviour
+from slcs2_jax.policy.bound import bind_list, bind_rules
+from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.search.evaluation import fresh_deployment_key
 from slcs2_jax.swarm.fate import Fate
 from slcs2_jax.world.scenario import make_scenario
@@ -40,19 +40,19 @@ def deployed(world: str) -> tuple:
     settings = WORLDS[world]
     grammar = load_grammar(settings.rules.grammar)
     rules = random_rule_sets(grammar, AGENTS, RULES, np.random.default_rng(4))
-    return settings, make_scenario(settings, 7), rules, grammar.channels_used
+    return settings, make_scenario(settings, 7), bind_rules(rules, grammar)
 
 
 @functools.cache
 def recording(world: str) -> Recording:
-    settings, scenario, rules, channels = deployed(world)
-    return record(settings, scenario, rules, channels, fresh_deployment_key(scenario.seed, 1))
+    settings, scenario, bound = deployed(world)
+    return record(settings, scenario, bound, fresh_deployment_key(scenario.seed, 1))
 
 
 @everywhere
 def test_it_is_the_episode_that_a_rollout_computes(world):
-    settings, scenario, rules, _ = deployed(world)
-    one, found = api.deploy(settings, scenario, rules, deployments=2)[1], recording(world)
+    settings, scenario, bound = deployed(world)
+    one, found = api.deploy(settings, scenario, bound.given, deployments=2)[1], recording(world)
     assert (found.steps, found.delivered[-1], found.fitness) == (one.steps, one.delivered, one.fitness)
     for name in ("contribution", "usage", "quality", "strength", "error"):
         np.testing.assert_array_equal(getattr(found, name), getattr(one, name), name)
@@ -100,7 +100,7 @@ def test_transmissions_are_those_of_the_actions(world):
     for step in range(found.steps):
         for one in found.transmissions(step):
             seen.add(one.fate)
-            kind = ACTIONS[found.action[step, one.receiver if one.sender == found.source else one.sender]].kind
+            kind = PAPER.actions[found.action[step, one.receiver if one.sender == found.source else one.sender]].kind
             assert kind == ("collect" if one.sender == found.source else "send")
             assert one.sender == found.source or found.holding[step, one.sender]
             assert found.neighbours(step)[one.receiver if one.sender < AGENTS else one.sender].any()
@@ -123,17 +123,17 @@ def test_steps_are_no_longer_than_the_speed_and_neighbours_hear_each_other():
 
 
 def test_the_jammer_is_seen_only_where_there_is_one():
-    assert (recording("open").jammed == NOBODY).all()
-    assert set(recording("jammed").jammed.tolist()) <= {NOBODY, 0, 1, 2}
+    assert recording("open").jammed.shape == (recording("open").steps, 0)
+    assert set(recording("jammed").jammed[:, 0].tolist()) <= {NOBODY, 0, 1, 2}
     assert (recording("jammed").jammed != NOBODY).any()
 
 
-def test_a_behaviour_made_by_hand_is_told_by_the_first_rule_that_holds():
-    behaviour = load_behaviour("designed")
-    settings = dataclasses.replace(OPEN, rules=Rules(rules=len(behaviour.rules)))
+def test_a_list_made_by_hand_is_told_by_the_first_rule_that_holds():
+    decisions = load_decision_list("designed")
+    settings = dataclasses.replace(OPEN, rules=Rules(rules=len(decisions.rules)))
     scenario = make_scenario(settings, 3)
     key = fresh_deployment_key(3, 0)
-    found = record(settings, scenario, behaviour.rule_sets(AGENTS), behaviour.channels_used, key, controller=designed)
-    chosen = np.stack([np.bincount(rule[rule >= 0], minlength=len(behaviour.rules)) for rule in found.rule.T])
+    found = record(settings, scenario, bind_list(decisions, AGENTS), key)
+    chosen = np.stack([np.bincount(rule[rule >= 0], minlength=len(decisions.rules)) for rule in found.rule.T])
     np.testing.assert_array_equal(chosen, found.usage)
     assert found.delivered[-1] == 4

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
-from slcs2_jax.looking.solutions import best_of, member_of, members_of, replay, replay_behaviour
-from slcs2_jax.policy.decision_text import load_behaviour
+from slcs2_jax.looking.solutions import best_of, member_of, members_of, replay, replay_list
+from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import CHECKPOINT
 from slcs2_jax.running import driver
@@ -60,11 +60,11 @@ def test_replays_are_the_fresh_deployments_of_the_winner(finished):
 def test_elsewhere_and_by_hand(finished):
     best = read_run(finished).best(0)
     assert replay(best, seed=5).scenario.seed == 5
-    behaviour = load_behaviour("designed")
-    found = replay_behaviour(behaviour, best.settings, seed=5, deployment=1)
+    behaviour = load_decision_list("designed")
+    found = replay_list(behaviour, best.settings, seed=5, deployment=1)
     settings = dataclasses.replace(best.settings, seed=5, instances=1)
-    [summary] = driver.evaluate_behaviour(settings, behaviour, deployments=2).scenarios
-    first = replay_behaviour(behaviour, best.settings, seed=5)
+    [summary] = driver.evaluate_list(settings, behaviour, deployments=2).scenarios
+    first = replay_list(behaviour, best.settings, seed=5)
     assert (found.fitness + first.fitness) / 2 == pytest.approx(summary.fitness, abs=1e-12)
 
 

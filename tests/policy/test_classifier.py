@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 
 import jax
@@ -12,35 +11,48 @@ import pytest
 
 from slcs2_jax.config import Learning
 from slcs2_jax.grammar.vocabulary import NO_ACTION
-from slcs2_jax.policy import classifier, strength
-from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy import strength
+from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.policy.learning import LearningParameters
+from slcs2_jax.policy.policy import Clock
+from slcs2_jax.policy.rules import Rules
+from slcs2_jax.swarm.observation import Observation
 
 R, N, STEPS, PERIOD, LIMIT = 12, 3, 60, 10, 100
+CLASSIFIER = Classifier()
+
+
+def start(rules, parameters):
+    return CLASSIFIER.initial_memory(rules, jnp.zeros(N), parameters)
+
+
+def decide(memory, rules, truth, key, t, share, parameters):
+    seen = Observation(truth, None)  # it looks at nothing but the clauses
+    return CLASSIFIER.decide(memory, rules, seen, Clock(key, t, share), parameters)
 
 
 @functools.partial(jax.jit, static_argnames="period")
 def live(rules, truths, rewards, key, parameters, period):
     """Drive the classifier through given observations and rewards; actions [STEPS, n] and the final memory."""
-    memory = classifier.initial_memory(rules, parameters)
+    memory = start(rules, parameters)
 
     def one_step(memory, given):
         t, truth, reward = given
         share = jnp.maximum(t - 1, 0).astype(jnp.float32) / np.float32(LIMIT)
-        memory, action = classifier.decide(memory, rules, truth, key, t, share, parameters)
-        memory = dataclasses.replace(memory, reward=reward)
-        return memory, (action, strength.gain(reward, action != NO_ACTION), memory.quality)
+        memory, action = decide(memory, rules, truth, key, t, share, parameters)
+        memory = CLASSIFIER.remember(memory, reward)
+        return memory, (action, CLASSIFIER.gain(reward, action != NO_ACTION), memory.quality)
 
     def one_round(memory, given):
         memory, (action, gains, quality) = jax.lax.scan(one_step, memory, given)
-        return classifier.settle(memory, gains, parameters), (action, quality)
+        return CLASSIFIER.settle(memory, gains, parameters), (action, quality)
 
     length = strength.round_length(period, parameters.bp_max)
     given = (jnp.arange(STEPS, dtype=jnp.int32), truths, rewards)
     rounds = jax.tree.map(lambda a: a.reshape(STEPS // length, length, *a.shape[1:]), given)
     memory, told = jax.lax.scan(one_round, memory, rounds)
     action, quality = jax.tree.map(lambda a: a.reshape(STEPS, *a.shape[2:]), told)
-    return action, quality, classifier.finish(memory, jnp.float32((STEPS - 1) / LIMIT), parameters)
+    return action, quality, CLASSIFIER.finish(memory, jnp.float32((STEPS - 1) / LIMIT), parameters)
 
 
 def plain(masks, actions, truths, rewards, chosen, learning):
@@ -124,7 +136,7 @@ def test_an_agents_life_against_plain_python(learning, period):
 
 def test_nothing_is_known_at_first():
     rules = Rules(jnp.zeros((3, R, N), jnp.uint32), jnp.zeros((R, N), jnp.uint8))
-    memory = classifier.initial_memory(rules, LearningParameters.of(Learning()))
+    memory = start(rules, LearningParameters.of(Learning()))
     for name in ("quality", "error", "strength", "usage"):
         table = getattr(memory, name)
         assert table.shape == (R, N)
@@ -135,10 +147,10 @@ def test_the_first_step_learns_nothing():
     """No action set came before it, whatever the memory's reward says."""
     rules = Rules(jnp.ones((1, R, N), jnp.uint32), jnp.zeros((R, N), jnp.uint8))
     parameters = LearningParameters.of(Learning())
-    memory = classifier.initial_memory(rules, parameters)
+    memory = start(rules, parameters)
     truth, key = jnp.ones((4, N), jnp.uint32), jnp.zeros(2, jnp.uint32)
-    decide = jax.jit(classifier.decide)
-    after, action = decide(memory, rules, truth, key, jnp.int32(0), jnp.float32(0), parameters)
+    step = jax.jit(decide)
+    after, action = step(memory, rules, truth, key, jnp.int32(0), jnp.float32(0), parameters)
     assert not after.quality.any()
     assert not after.error.any()
     assert action.tolist() == [0] * N
@@ -147,12 +159,12 @@ def test_the_first_step_learns_nothing():
 def test_choices_follow_from_key_and_step_alone():
     rules = Rules(jnp.ones((1, R, N), jnp.uint32), jnp.asarray(np.arange(R)[:, None].repeat(N, 1).astype(np.uint8)))
     parameters = LearningParameters.of(Learning())
-    memory, truth = classifier.initial_memory(rules, parameters), jnp.ones((4, N), jnp.uint32)
-    decide = jax.jit(classifier.decide)
+    memory, truth = start(rules, parameters), jnp.ones((4, N), jnp.uint32)
+    step = jax.jit(decide)
 
     def choices(key, times):
         key = jnp.array(key, jnp.uint32)
-        return [decide(memory, rules, truth, key, jnp.int32(t), jnp.float32(0), parameters)[1].tolist() for t in times]
+        return [step(memory, rules, truth, key, jnp.int32(t), jnp.float32(0), parameters)[1].tolist() for t in times]
 
     times = range(40)
     assert choices((1, 2), times) == choices((1, 2), times)

@@ -1,156 +1,104 @@
-"""If-then-else over the vocabulary: against a plain loop, and a whole swarm that delivers."""
+"""Decision lists as text: what they say, and one line that names the place of any mistake."""
 
-from __future__ import annotations
+import subprocess
+import sys
 
-import dataclasses
-import types
-
-import jax
-import jax.numpy as jnp
-import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from slcs2_jax import episode as episodes
-from slcs2_jax.config import Learning, Settings, Swarm, World
-from slcs2_jax.episode import Parameters
-from slcs2_jax.grammar import load_grammar, random_rule_sets
-from slcs2_jax.grammar.vocabulary import MASK_WORDS, NO_ACTION
-from slcs2_jax.policy import classifier
-from slcs2_jax.policy import decision_list as designed
-from slcs2_jax.policy.classifier import Rules
-from slcs2_jax.policy.decision_text import load_behaviour, parse_behaviour
-from slcs2_jax.policy.learning import LearningParameters
-from slcs2_jax.search import fresh_deployment_key
-from slcs2_jax.world.arena import stack
-from slcs2_jax.world.scenario import make_scenario
+from slcs2_jax.config import InputError
+from slcs2_jax.grammar import load_grammar, make_rule
+from slcs2_jax.grammar.vocabulary import PAPER
+from slcs2_jax.policy.decision_list import DECISION_LISTS, load_decision_list, parse_decision_list
 
-R, N, B = 7, 3, 50
-LEARNING = LearningParameters.of(Learning())
-SMALL = Settings(world=World(distance=300.0, time_limit=1500), swarm=Swarm(agents=5, packets=10))
+rules = st.builds(
+    make_rule,
+    st.lists(st.integers(0, len(PAPER.clauses) - 1), min_size=1, max_size=6),
+    st.integers(0, len(PAPER.actions) - 1),
+)
 
 
-def first_that_holds(masks, actions, truth):
-    """One agent: masks and truth are lists of words; the place and the action of the first rule that holds."""
-    for place, (mask, action) in enumerate(zip(masks, actions, strict=True)):
-        if all(int(word) & ~int(true) == 0 for word, true in zip(mask, truth, strict=True)):
-            return place, int(action)
-    return None, NO_ACTION
+@given(st.lists(rules, min_size=1, max_size=8), st.sampled_from(["\n", "\n\n", "   # a remark => really\n", "\r\n"]))
+def test_every_list_of_rules_round_trips(written, end):
+    text = "# first remark\n" + "".join(rule.text() + end for rule in written)
+    decisions = parse_decision_list(text)
+    assert decisions.rules == tuple(written)
+    assert decisions.text == text
+    sets = decisions.rule_sets(3)
+    assert sets.action.shape == (3, len(written))
+    assert [sets.rule(2, place) for place in range(len(written))] == written
 
 
-@pytest.mark.parametrize("words", [3, 4])
-def test_the_first_rule_that_holds_acts(words):
-    rng = np.random.default_rng(words)
-    mask = np.zeros((words, R, N, B), np.uint32)
-    np.put_along_axis(
-        mask, rng.integers(0, words, (2, R, N, B)), (1 << rng.integers(0, 3, (2, R, N, B))).astype(np.uint32), 0
-    )
-    action = rng.integers(0, 57, (R, N, B)).astype(np.uint8)
-    truth = rng.integers(0, 8, (MASK_WORDS, N, B)).astype(np.uint32)
-    rules = Rules(jnp.asarray(mask), jnp.asarray(action))
-    memory = designed.initial_memory(rules, LEARNING)
-    decide = jax.jit(designed.decide)
-    for _ in range(2):
-        memory, chosen = decide(memory, rules, jnp.asarray(truth), None, None, None, LEARNING)
-    usage = np.zeros((R, N, B), int)
-    for i in range(N):
-        for b in range(B):
-            place, expected = first_that_holds(mask[:, :, i, b].T, action[:, i, b], truth[:words, i, b])
-            assert chosen[i, b] == expected
-            if place is not None:
-                usage[place, i, b] = 2
-    assert chosen.dtype == jnp.int32
-    assert (chosen == NO_ACTION).any()
-    np.testing.assert_array_equal(memory.usage, usage)
-    assert (usage[1:] > 0).any()
+@pytest.mark.parametrize(
+    ("text", "channels", "words"),
+    [
+        ("packet held => send to si", (0,), 1),
+        ("d_si < xi => move away from jammer", (0,), 3),
+        ("packet held => send to si on 11", (2,), 1),
+        ("noise on 6 <= P_rs => collect from source", (0, 1), 3),
+        ("noise on 11 <= P_rs => move toward si", (2,), 4),
+    ],
+)
+def test_channels_and_words_are_those_of_its_rules(text, channels, words):
+    decisions = parse_decision_list(text)
+    assert decisions.channels_used == channels
+    assert decisions.words == words
 
 
-def test_nothing_is_learnt():
-    rules = Rules(jnp.ones((3, R, N), jnp.uint32), jnp.zeros((R, N), jnp.uint8))
-    memory = designed.initial_memory(rules, LEARNING)
-    after = designed.settle(
-        designed.remember(memory, jnp.ones(N)), designed.gain(jnp.ones(N), jnp.ones(N, bool)), LEARNING
-    )
-    figures = designed.finish(after, jnp.float32(1), LEARNING)
-    for name in ("quality", "strength", "error", "usage"):
-        assert getattr(figures, name).shape == (R, N)
-        assert not getattr(figures, name).any()
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "0 rules; accepted are 1 to 1000, one a line"),
+        ("# nothing", "0 rules; accepted are 1 to 1000, one a line"),
+        ("packet held => send to si\n\npacket lost => send to si", "line 3: clause: 'packet lost' is not known"),
+        ("packet held => fly", "line 1: action: 'fly' is not known; actions are: move toward"),
+        ("packet held", "line 1: rule: 'packet held' is not of the form 'clause & clause => action'"),
+        ("packet held => send to si\n" * 1001, "1001 rules; accepted are 1 to 1000"),
+    ],
+)
+def test_mistakes_are_named(text, message):
+    with pytest.raises(InputError) as found:
+        parse_decision_list(text, name="mine.txt")
+    assert str(found.value).startswith("policy 'mine.txt': ")
+    assert message in str(found.value)
+    assert "\n" not in str(found.value)
 
 
-def play(controller, rule_sets, channels=(0,), seed=1):
-    """One whole episode of the small world; its Result."""
-    scenario = make_scenario(SMALL, seed)
-    arena = jax.tree.map(jnp.asarray, stack([scenario], [channels], capacity=(0, 0), width=1))
-    rules = Rules(jnp.asarray(rule_sets.mask.transpose(2, 1, 0)[..., None]), jnp.asarray(rule_sets.action.T[..., None]))
-    key = jnp.asarray(np.array(fresh_deployment_key(seed, 0), np.uint32)[:, None])
-    parameters = Parameters.of(SMALL, controller)
-
-    @jax.jit
-    def whole(arena, rules, key, parameters):
-        episode = episodes.begin(arena, rules, key, parameters)
-        return episodes.result(episodes.advance(episode, parameters, scenario.time_limit // 10), parameters)
-
-    return jax.device_get(whole(arena, rules, key, parameters))
+def test_a_users_own_is_read_from_its_file(tmp_path):
+    path = tmp_path / "mine.txt"
+    path.write_text("no packet held => collect from source\n")
+    assert load_decision_list(path).rules == load_decision_list(str(path)).rules == (make_rule([2], 22),)
+    assert load_decision_list(path).name == str(path)
 
 
-def test_a_chain_of_relays_delivers():
-    chain = parse_behaviour(
-        """
-        d_source < d_th => move toward sink
-        packet held & d_si < net => send to si
-        no packet held & NI <= P_rs & d_source < net & d_so = d_si => collect from source
-        d_so < d_si => move toward si
-        d_so > d_si => move toward so
-        """
-    )
-    result = play(designed, chain.rule_sets(5))
-    assert result.delivered == [10]
-    assert result.steps < 1500
-    assert (result.contribution > 0).any()
-    assert (result.usage.sum(axis=0) <= result.steps).all()
-    assert not result.quality.any()
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda path: None, "there is no such policy or file; accepted are designed or the path of a text file"),
+        (lambda path: path.mkdir(), "not a file"),
+        (lambda path: path.write_bytes(b"\xff"), "not UTF-8 text"),
+        (lambda path: path.write_bytes(b" " * (2**16 + 1)), "larger than 65536 bytes"),
+    ],
+)
+def test_what_is_no_list_is_refused(tmp_path, make, message):
+    path = tmp_path / "mine"
+    make(path)
+    with pytest.raises(InputError, match=message):
+        load_decision_list(path)
 
 
-def test_the_bundled_behaviour_delivers():
-    result = play(designed, load_behaviour("designed").rule_sets(5))
-    assert result.delivered == [10]
+@pytest.mark.parametrize("name", DECISION_LISTS)
+def test_bundled_lists_can_be_said_in_the_main_grammar(name):
+    """So a designed swarm sees and does what an evolved one can."""
+    decisions, main = load_decision_list(name), load_grammar("main")
+    for rule in decisions.rules:
+        assert set(rule.clauses) <= set(main.clauses)
+        assert rule.action in main.actions
+    assert len(set(decisions.rules)) == len(decisions.rules)
 
 
-@dataclasses.dataclass(frozen=True)
-class Idle:
-    """A controller of one's own, an object: never does anything, and keeps count of the steps."""
-
-    def initial_memory(self, rules, learning):
-        return jnp.zeros(rules.action.shape, jnp.int32)
-
-    def decide(self, memory, rules, truth, key, t, share, learning):
-        return memory + 1, jnp.full(memory.shape[1:], NO_ACTION, jnp.int32)
-
-    def remember(self, memory, reward):
-        return memory
-
-    def gain(self, reward, acts):
-        return None
-
-    def settle(self, memory, gains, learning):
-        return memory
-
-    def finish(self, memory, share, learning):
-        none = jnp.zeros(memory.shape)
-        return types.SimpleNamespace(quality=none, strength=none, error=none, usage=memory)
-
-
-def test_controllers_are_interchangeable():
-    rule_sets = random_rule_sets(load_grammar("main"), agents=5, rules=30, rng=np.random.default_rng(0))
-    plain = play(classifier, rule_sets)
-    assert plain.usage.any()
-    # the same functions, handed over otherwise
-    module = types.ModuleType("wrapped")
-    for name in ("initial_memory", "decide", "remember", "gain", "settle", "finish"):
-        setattr(module, name, getattr(classifier, name))
-    wrapped = play(module, rule_sets)
-    for name, value in dataclasses.asdict(plain).items():
-        np.testing.assert_array_equal(getattr(wrapped, name), value)
-    idle = play(Idle(), rule_sets)
-    assert idle.delivered == [0]
-    assert (idle.usage == idle.steps).all()
-    assert (idle.steps == 1500).all()
+def test_reading_a_list_does_not_start_jax():
+    code = "import sys; from slcs2_jax.policy.decision_list import load_decision_list; load_decision_list('designed')"
+    code += "; assert 'jax' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

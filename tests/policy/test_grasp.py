@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slcs2_jax.grammar.vocabulary import N_ACTIONS, NO_ACTION
+from slcs2_jax.grammar.vocabulary import NO_ACTION, PAPER
 from slcs2_jax.policy import grasp
 
 choose = jax.jit(grasp.choose)
@@ -94,10 +94,10 @@ def test_actions_are_as_likely_as_they_have_rules():
 
 
 def test_a_hundred_rules_with_every_action():
-    action = np.arange(100) % N_ACTIONS
+    action = np.arange(100) % len(PAPER.actions)
     counts = draws([0.0] * 100, [True] * 100, action=action, seed=4)
-    expected = np.bincount(action, minlength=N_ACTIONS) * TRIALS / 100
-    assert stats.chisquare(counts[:N_ACTIONS], expected).pvalue > 1e-3
+    expected = np.bincount(action, minlength=len(PAPER.actions)) * TRIALS / 100
+    assert stats.chisquare(counts[: len(PAPER.actions)], expected).pvalue > 1e-3
 
 
 def test_the_last_of_all_lots_still_wins_when_it_is_the_only_one():
@@ -111,7 +111,7 @@ def test_agents_and_instances_choose_for_themselves():
     shape = (9, 4, 3)
     match, quality = rng.random(shape) < 0.5, rng.normal(0, 1, shape).astype(np.float32)
     match[:, 0, 0] = False
-    action = rng.integers(0, N_ACTIONS, shape).astype(np.uint8)
+    action = rng.integers(0, len(PAPER.actions), shape).astype(np.uint8)
     lots = rng.integers(0, 2**32, shape, dtype=np.uint32)
     together = np.asarray(choose(*map(jnp.asarray, (match, quality, action, lots)), jnp.float32(0.2)))
     for i in range(4):

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from slcs2_jax.config import Settings, Swarm, World
-from slcs2_jax.policy.decision_text import load_behaviour
+from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.running import driver
-from slcs2_jax.running.deployed import deploy_behaviour
+from slcs2_jax.running.deployed import deploy_list
 
 
 def small(environment: str, seed: int, instances: int) -> Settings:
@@ -16,11 +16,11 @@ def small(environment: str, seed: int, instances: int) -> Settings:
 
 
 def test_many_worlds_are_each_one_alone():
-    behaviour = load_behaviour("designed")
+    behaviour = load_decision_list("designed")
     runs = [small("open", 3, 2), small("urban", 0, 1), small("jammed", 7, 1)]
-    found = deploy_behaviour(runs, behaviour, deployments=2)
+    found = deploy_list(runs, behaviour, deployments=2)
     assert [[len(instance) for instance in own] for own in found] == [[2, 2], [2], [2]]
     for settings, own in zip(runs, found, strict=True):
-        alone = driver.evaluate_behaviour(settings, behaviour, deployments=2)
+        alone = driver.evaluate_list(settings, behaviour, deployments=2)
         means = [sum(one.fitness for one in instance) / 2 for instance in own]
         assert means == pytest.approx([scenario.fitness for scenario in alone.scenarios])

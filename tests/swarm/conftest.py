@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import Learning, Radio, Settings, Swarm
-from slcs2_jax.swarm import intent, knowledge, links, motion, observation, packets, reward, roles, step
+from slcs2_jax.swarm import intent, knowledge, links, motion, observation, packets, roles, step
 from slcs2_jax.swarm.links import Links
-from slcs2_jax.swarm.state import initial_state, running
+from slcs2_jax.swarm.outcome import Outcome
+from slcs2_jax.swarm.state import initial_state
 from slcs2_jax.swarm.step import Physics
 from slcs2_jax.world.arena import stack
 from slcs2_jax.world.geometry import BLOCK
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.world.scenario import Jammer, Scenario
 
 
 def _rows(walls):
@@ -32,11 +33,20 @@ def _measure(state, arena, radio):
     return links.measure(dataclasses.replace(state, power=links.draw(state, arena, radio)), arena, radio)
 
 
+def _look(state, measured, arena, physics):
+    alive = physics.task.running(state, arena, physics.swarm)
+    everybody = roles.candidates(state, arena)
+    return observation.look(state, measured, everybody, arena, physics.radio, physics.swarm, alive)
+
+
 @jax.jit
 def _see(state, measured, arena, physics):
-    alive = running(state, arena, physics.swarm)
-    everybody = roles.candidates(state, arena)
-    return observation.observe(state, measured, everybody, arena, physics.radio, physics.swarm, alive)
+    return observation.observe(_look(state, measured, arena, physics), physics.language)
+
+
+@jax.jit
+def _reward(view, after, meant, air, physics):
+    return physics.task.worth(view, after, Outcome(meant, air))
 
 
 @jax.jit
@@ -80,15 +90,16 @@ class Make:
     """Builders of a world, and the public functions of the room compiled."""
 
     measure = staticmethod(_measure)
+    look = staticmethod(jax.jit(_look))
     see = staticmethod(_see)
     enter = staticmethod(jax.jit(knowledge.update))
     share = staticmethod(jax.jit(knowledge.share))
     candidates = staticmethod(jax.jit(roles.candidates))
-    interpret = staticmethod(jax.jit(intent.interpret))
+    interpret = staticmethod(jax.jit(intent.interpret, static_argnums=2))
     transfer = staticmethod(jax.jit(packets.transfer))
     proposed_step = staticmethod(jax.jit(motion.proposed_step))
     resolve = staticmethod(_resolve)
-    reward = staticmethod(jax.jit(reward.reward))
+    reward = staticmethod(_reward)
     observe = staticmethod(jax.jit(step.observe))
     act = staticmethod(jax.jit(step.act))
 
@@ -109,7 +120,7 @@ class Make:
             seed=0,
             sink=np.array(sink, np.float32),
             sink_estimate=np.array(sink if estimate is None else estimate, np.float32),
-            jammer=None if jammer is None else np.array(jammer, np.float32),
+            jammers=() if jammer is None else (Jammer(np.array(jammer, np.float32)),),
             vertical=_rows(vertical),
             horizontal=_rows(horizontal),
             wall_thickness=1.0,

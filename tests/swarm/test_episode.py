@@ -14,8 +14,7 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Learning, Settings, Swarm, World
 from slcs2_jax.episode import Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
-from slcs2_jax.policy import classifier, strength
-from slcs2_jax.policy.classifier import Rules
+from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm import knowledge
 from slcs2_jax.world.arena import stack, wall_capacity
 from slcs2_jax.world.scenario import make_scenario
@@ -59,7 +58,7 @@ def batch():
     return Batch(scenarios, (arena, rules, key), Parameters.of(settings("open")))
 
 
-def record(episode, outcome):
+def record(episode, moment):
     """What the invariants speak of, after one step."""
     state, memory = episode.state, episode.memory
     return {
@@ -70,8 +69,8 @@ def record(episode, outcome):
         "waiting": state.waiting,
         "delivered": state.delivered,
         "contribution": state.contribution,
-        "acts": outcome.acts,
-        "reward": outcome.reward,
+        "acts": moment.outcome.intent.acts,
+        "reward": moment.reward,
         "quality": jnp.max(jnp.abs(memory.quality), axis=0),
         "error": jnp.max(jnp.abs(memory.error), axis=0),
         "interference": state.interference,
@@ -82,15 +81,15 @@ def record(episode, outcome):
 
 def live(episode, parameters, periods):
     """``episode.advance`` from its parts, with a record of every step."""
+    policy = parameters.policy
 
     def one_step(episode, _):
         episode, moment = episodes.step(episode, parameters)
-        outcome = moment.outcome
-        return episode, (record(episode, outcome), strength.gain(outcome.reward, outcome.acts))
+        return episode, (record(episode, moment), policy.gain(moment.reward, moment.outcome.intent.acts))
 
     def one_period(episode, _):
         episode, (seen, gains) = jax.lax.scan(one_step, episode, length=parameters.sharing_period)
-        memory = classifier.settle(episode.memory, gains, parameters.learning)
+        memory = policy.settle(episode.memory, gains, parameters.learning)
         return dataclasses.replace(episode, memory=memory, state=knowledge.share(episode.state)), seen
 
     last, seen = jax.lax.scan(one_period, episode, length=periods)
@@ -222,13 +221,13 @@ def test_jammers_are_known_where_there_are_any(track):
 
 def test_usage_counts_the_steps_of_action_sets(batch, track):
     result = jax.device_get(result_of(track[1], batch.parameters))
-    acted = track[0]["acts"].sum(axis=0)
-    assert (result.usage.max(axis=0) <= acted).all()
-    assert (result.usage.sum(axis=0) >= acted).all()
-    unused = result.usage == 0
-    assert (result.strength[unused] == 0).all()
-    assert (result.quality[unused] == 0).all()
-    assert (result.error[unused] == 0).all()
+    acted, figures = track[0]["acts"].sum(axis=0), result.figures
+    assert (figures.usage.max(axis=0) <= acted).all()
+    assert (figures.usage.sum(axis=0) >= acted).all()
+    unused = figures.usage == 0
+    assert (figures.strength[unused] == 0).all()
+    assert (figures.quality[unused] == 0).all()
+    assert (figures.error[unused] == 0).all()
     np.testing.assert_array_equal(result.steps, track[0]["t"][-1])
     np.testing.assert_array_equal(result.delivered, track[0]["delivered"][-1])
 
@@ -295,7 +294,7 @@ def test_vmap_over_the_last_axis_works(batch, track):
     episode = begin(*few, batch.parameters)
     for t in range(batch.parameters.sharing_period):
         episode, moment = step(episode)
-        seen = jax.device_get(record(episode, moment.outcome))
+        seen = jax.device_get(record(episode, moment))
         same_story(seen, {name: leaf[t, ..., :5] for name, leaf in track[0].items()}, f"t={t}")
 
 
@@ -309,7 +308,8 @@ def test_an_episode_may_be_read_out_before_during_and_after(batch, track):
     finished = alone(track[1], -1)
     later = advance(finished, batch.parameters, STRETCH)
     one, other = result_of(finished, batch.parameters), result_of(later, batch.parameters)
-    for name in ("steps", "delivered", "contribution", "usage"):
+    for name in ("steps", "delivered", "contribution"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    np.testing.assert_array_equal(one.figures.usage, other.figures.usage)
     for name in ("quality", "error", "strength"):
-        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-5)
+        np.testing.assert_allclose(getattr(one.figures, name), getattr(other.figures, name), atol=1e-5)

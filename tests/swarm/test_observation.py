@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.grammar import vocabulary
-from slcs2_jax.grammar.vocabulary import CLAUSES, N_CLAUSES, clause_text, parse_clause
+from slcs2_jax.grammar.vocabulary import PAPER
 
 MARGIN = 2e-3  # m; nearer to a decision than a millimetre, rounding must not matter, and single precision may differ
 P_RS = 10**-8.2
@@ -32,7 +32,7 @@ def operand(name, view, state, physics):
 
 def plain_truth(number, view, state, physics):
     """Whether the clause holds, by its words; None where single precision may differ."""
-    words = clause_text(number)
+    words = PAPER.clause_text(number)
     if words in ("packet held", "no packet held"):
         return bool(state.holding[view.me]) == (words == "packet held")
     if words in ("node in reach", "no node in reach"):
@@ -56,28 +56,30 @@ def plain_truth(number, view, state, physics):
 def test_every_clause_on_random_worlds(make, swarm):
     rng = np.random.default_rng(5)
     physics = make.physics(**swarm)
-    outcomes = np.zeros((N_CLAUSES, 2), int)
+    outcomes = np.zeros((len(PAPER.clauses), 2), int)
     for trial in range(60):
         # distances of the size of the range, or of the tolerance, so that every outcome occurs
         size = (400.0, 150.0, 12.0)[trial % 3]
         state, links, arena = make.view(rng, size=size)
         truth = truth_table(make.see(state, links, arena, physics))
-        assert not truth[N_CLAUSES:].any()
+        assert not truth[len(PAPER.clauses) :].any()
         for i in range(5):
             view = make.plain(state, arena, links.heard, i)
-            for number in range(N_CLAUSES):
+            for number in range(len(PAPER.clauses)):
                 expected = plain_truth(number, view, state, physics)
                 if expected is not None:
-                    assert truth[number, i] == expected, (clause_text(number), trial, i)
+                    assert truth[number, i] == expected, (PAPER.clause_text(number), trial, i)
                     outcomes[number, int(expected)] += 1
     # A distance is never less or greater than itself, always equal to itself where defined, and the closest
     # is never farther than another role: those clauses have one outcome, or few of the other.
-    rare = {parse_clause(f"d_{a} {o} d_{b}") for a, b in (("so", "so"), ("si", "si"), ("c", "c")) for o in "<>="}
-    rare |= {parse_clause(f"d_{a} < d_c") for a in ("so", "si", "sink", "source")}
-    rare |= {parse_clause(f"d_c > d_{a}") for a in ("so", "si")}
-    rare |= {parse_clause("d_sink < d_si"), parse_clause("d_source < d_so")}
-    often = np.array([k not in rare for k in range(N_CLAUSES)])
-    assert (outcomes[often] > 0).all(), [clause_text(k) for k in np.flatnonzero(often & (outcomes == 0).any(axis=1))]
+    rare = {PAPER.parse_clause(f"d_{a} {o} d_{b}") for a, b in (("so", "so"), ("si", "si"), ("c", "c")) for o in "<>="}
+    rare |= {PAPER.parse_clause(f"d_{a} < d_c") for a in ("so", "si", "sink", "source")}
+    rare |= {PAPER.parse_clause(f"d_c > d_{a}") for a in ("so", "si")}
+    rare |= {PAPER.parse_clause("d_sink < d_si"), PAPER.parse_clause("d_source < d_so")}
+    often = np.array([k not in rare for k in range(len(PAPER.clauses))])
+    assert (outcomes[often] > 0).all(), [
+        PAPER.clause_text(k) for k in np.flatnonzero(often & (outcomes == 0).any(axis=1))
+    ]
 
 
 def scene(make, x, y, *, known=None, arena=None, physics=None, heard=(), **fields):
@@ -86,7 +88,7 @@ def scene(make, x, y, *, known=None, arena=None, physics=None, heard=(), **field
     state = make.know(make.state(arena, **fields), {(0, 1): (0, *known)} if known else {})
     links = make.links(2, heard=[(0, node) for node in heard], channels=3)
     truth = truth_table(make.see(state, links, arena, physics or make.physics()))
-    return lambda words: bool(truth[parse_clause(words), 0])
+    return lambda words: bool(truth[PAPER.parse_clause(words), 0])
 
 
 def test_distances_by_hand(make):
@@ -184,9 +186,9 @@ def test_at_first_only_thermal_noise_is_measured(make):
 def test_a_channel_that_is_not_simulated_makes_its_clause_false(make):
     arena = make.arena([(30, 0), (-900, 0)], width=1)
     truth = truth_table(make.see(make.state(arena), make.links(2, heard=[]), arena, make.physics()))
-    assert truth[parse_clause("NI <= P_rs")].all()
-    assert not truth[parse_clause("noise on 6 <= P_rs")].any()
-    assert not truth[parse_clause("noise on 11 <= P_rs")].any()
+    assert truth[PAPER.parse_clause("NI <= P_rs")].all()
+    assert not truth[PAPER.parse_clause("noise on 6 <= P_rs")].any()
+    assert not truth[PAPER.parse_clause("noise on 11 <= P_rs")].any()
 
 
 @pytest.mark.parametrize("over", [{"t": 1000}, {"delivered": 300, "waiting": 0}])
@@ -194,18 +196,17 @@ def test_nothing_is_true_once_the_episode_is_over(make, over):
     arena = make.arena([(30, 0), (-900, 0)])
     seen = make.see(make.state(arena, **over), make.links(2), arena, make.physics())
     assert not truth_table(seen).any()
-    assert not bool(seen.running)
+    assert not bool(seen.view.running)
 
 
-def test_the_operands_are_offered_to_other_controllers_too(make):
+def test_the_operands_are_offered_to_other_policies_too(make):
     rng = np.random.default_rng(9)
     physics = make.physics()
     state, links, arena = make.view(rng)
     seen = make.see(state, links, arena, physics)
     for i in range(5):
         view = make.plain(state, arena, links.heard, i)
-        for names, table in ((vocabulary.LEFT, seen.left), (vocabulary.RIGHT, seen.right)):
+        for names, table in ((vocabulary.LEFT, seen.view.left), (vocabulary.RIGHT, seen.view.right)):
             for k, name in enumerate(names):
                 expected = operand(name, view, state, physics)
-                assert float(table[k, i]) == pytest.approx(np.inf if expected is None else expected, rel=1e-5)
-    assert len(CLAUSES) == N_CLAUSES
+                assert float(table[k][i]) == pytest.approx(np.inf if expected is None else expected, rel=1e-5)

@@ -20,10 +20,12 @@ def rewards(make, places, *, ends=None, learning=None, estimate=None, links=None
     state = make.state(arena, holding=list(holding))
     physics = make.physics(learning=learning)
     intent = make.intent(n, **actions)
-    after, air = make.transfer(state, links or make.links(n, default=STRONG, channels=3), intent, physics.radio)
+    links = links or make.links(n, default=STRONG, channels=3)
+    after, air = make.transfer(state, links, intent, physics.radio)
     for i, (x, y) in (ends or {}).items():
         after = make.replace(after, node_x=after.node_x.at[i].set(x), node_y=after.node_y.at[i].set(y))
-    return np.asarray(make.reward(state, after, air, intent, arena, physics.swarm))
+    view = make.look(state, links, arena, physics)
+    return np.asarray(make.reward(view, after, intent, air, physics))
 
 
 def log(progress):

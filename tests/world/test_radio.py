@@ -10,10 +10,11 @@ from slcs2_jax.config import Radio
 from slcs2_jax.world.radio import RadioParameters, decodable, milliwatts, received_power
 
 
-def received_dbm(distance, walls=0.0, shadow=0.0, **settings):
+def received_dbm(distance, walls=0.0, shadow=None, **settings):
     radio = RadioParameters.of(Radio(**settings))
     squared = jnp.asarray(np.square(distance), jnp.float32)
-    power = received_power(squared, jnp.float32(walls), jnp.float32(shadow), radio)
+    gain = None if shadow is None else radio.fading.sigma * jnp.float32(shadow)
+    power = received_power(squared, jnp.float32(walls), gain, radio)
     return 10 * np.log10(np.asarray(power, np.float64))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import partial
 
 import jax
@@ -105,8 +106,8 @@ def test_neighbouring_draws_are_independent(lag):
 def test_purposes_are_independent():
     run = np.arange(COUNT)
     for axis in ("index", "t"):
-        shadowing, rule, collect = (words(purpose=p, **{axis: run}) >> 28 for p in Purpose)
-        for one, other in ((shadowing, rule), (rule, collect), (collect, shadowing)):
+        of = [words(purpose=p, **{axis: run}) >> 28 for p in Purpose]
+        for one, other in itertools.combinations(of, 2):
             assert chi2_p(np.bincount(one * 16 + other, minlength=256)) > LEAST_P, axis
 
 

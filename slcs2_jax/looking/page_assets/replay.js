@@ -84,6 +84,7 @@ class Player {
       ...Object.values(FATES).map(([label, colour, dashes]) => item(label, bar(colour, dashes))),
       item("agent with a packet", dot("var(--blue)")),
       item("without", dot("var(--paper)")),
+      ...(this.replay.down.some(Boolean) ? [item("down", dot("var(--weak)"))] : []),
       item("heard each other", bar("--link", [], 1.5)),
       item("path", bar("--trail", [], 1.5)),
     );
@@ -104,13 +105,13 @@ class Player {
 
   /** What the watched agent does. */
   tell() {
-    const { frames, rule, action, actions, holding } = this.replay;
+    const { frames, rule, action, actions, holding, down } = this.replay;
     const at = this.watched * frames + this.frame;
     const number = rule[at];
     const did = action[at] === 255 ? "acted by no rule" : `did: ${actions[action[at]]}`;
     const text = number < 0 || !this.rules ? null : this.rules.texts[this.rules.text[this.watched * this.rules.rules + number]];
     this.said.replaceChildren(
-      element("p", {}, element("strong", {}, `Agent ${this.watched}`), ` ${holding[at] ? "holds a packet" : "holds nothing"}; in the last time-step it ${did}`),
+      element("p", {}, element("strong", {}, `Agent ${this.watched}`), ` ${down[at] ? "is down and " : ""}${holding[at] ? "holds a packet" : "holds nothing"}; in the last time-step it ${did}`),
       element("p", { class: "code" }, text === null ? "no rule was drawn" : `rule ${number}: ${text}`),
     );
   }

@@ -22,14 +22,13 @@ function unpackReplay(buffer) {
     replay[name] = new ARRAYS[kind](buffer.slice(at, end));
     at = end;
   }
-  replay.x = metres(replay.x, replay);
-  replay.y = metres(replay.y, replay);
+  for (const name of ["x", "y", "jammer_x", "jammer_y"]) replay[name] = metres(replay[name], replay);
   return replay;
 }
 
-/** Differences from frame to frame, agent by agent, summed up; m. */
-function metres(differences, { agents, frames, unit }) {
-  const found = new Float32Array(agents * frames);
+/** Differences from frame to frame, one agent or jammer after another, summed up; m. */
+function metres(differences, { frames, unit }) {
+  const found = new Float32Array(differences.length);
   const sum = new Int16Array(1); // wraps round as the differences do
   for (let at = 0; at < found.length; at++) {
     sum[0] = (at % frames ? sum[0] : 0) + differences[at];
@@ -52,10 +51,8 @@ function bounds(replay) {
   const ys = [0, replay.sink[1]];
   for (const at of replay.x) xs.push(at);
   for (const at of replay.y) ys.push(at);
-  if (replay.jammer) {
-    xs.push(replay.jammer[0]);
-    ys.push(replay.jammer[1]);
-  }
+  for (const at of replay.jammer_x) xs.push(at);
+  for (const at of replay.jammer_y) ys.push(at);
   for (const [at, low, high] of replay.vertical) { xs.push(at); ys.push(low, high); }
   for (const [at, low, high] of replay.horizontal) { ys.push(at); xs.push(low, high); }
   const least = (values) => values.reduce((a, b) => Math.min(a, b)) - MARGIN;
@@ -93,7 +90,7 @@ class Scene {
     pen.scale(density, density);
     pen.font = "12px system-ui, sans-serif";
     pen.textAlign = "center";
-    this.drawJammer(pen, frame);
+    for (let jammer = 0; jammer < this.replay.reach.length; jammer++) this.drawJammer(pen, jammer, frame);
     if (shown.links) this.drawLinks(pen, frame);
     if (shown.paths) this.drawPaths(pen, frame);
     this.drawWorld(pen);
@@ -111,14 +108,14 @@ class Scene {
     pen.setLineDash([]);
   }
 
-  drawJammer(pen, frame) {
-    const { jammer, reach, jammed } = this.replay;
-    if (!jammer) return;
+  drawJammer(pen, jammer, frame) {
+    const { jammer_x, jammer_y, reach, jammed, frames } = this.replay;
+    const at = jammer * frames + frame;
     const colour = this.colour("--jammed");
-    const [x, y] = this.point(jammer);
+    const [x, y] = this.point([jammer_x[at], jammer_y[at]]);
     pen.beginPath();
-    pen.arc(x, y, reach * this.pixels, 0, 2 * Math.PI);
-    if (jammed[frame] >= 0) {
+    pen.arc(x, y, reach[jammer] * this.pixels, 0, 2 * Math.PI);
+    if (jammed[at] >= 0) {
       pen.globalAlpha = 0.12;
       pen.fillStyle = colour;
       pen.fill();
@@ -130,7 +127,8 @@ class Scene {
     pen.setLineDash([]);
     for (const side of [-1, 1]) this.stroke(pen, [[x - 6, y - 6 * side], [x + 6, y + 6 * side]], colour, 4);
     pen.fillStyle = this.colour("--ink");
-    pen.fillText("jammer", x, y + 20);
+    const name = reach.length > 1 ? `jammer ${jammer}` : "jammer";
+    pen.fillText(jammed[at] >= 0 ? `${name} on ${jammed[at]}` : name, x, y + 20);
   }
 
   drawWorld(pen) {
@@ -204,12 +202,13 @@ class Scene {
   }
 
   drawAgents(pen, frame, watched) {
-    const { agents, frames, holding } = this.replay;
+    const { agents, frames, holding, down } = this.replay;
     for (let agent = 0; agent < agents; agent++) {
       const [x, y] = this.point(nodePlace(this.replay, agent, frame));
       pen.beginPath();
       pen.arc(x, y, 5, 0, 2 * Math.PI);
-      pen.fillStyle = this.colour(holding[agent * frames + frame] ? "--blue" : "--paper");
+      const at = agent * frames + frame;
+      pen.fillStyle = this.colour(down[at] ? "--weak" : holding[at] ? "--blue" : "--paper");
       pen.fill();
       pen.strokeStyle = this.colour("--blue");
       pen.lineWidth = 1.5;

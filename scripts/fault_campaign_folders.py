@@ -1,0 +1,196 @@
+"""Hostile run folders: a good one with one thing in it that a stranger could have put there.
+
+`outside` is a folder that no command may touch: it holds good copies of everything, so that whoever follows a link to
+it would notice nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import socket
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slcs2_jax.results.archive import read_archive
+from slcs2_jax.results.documents import checksum
+from slcs2_jax.results.run_config import CONFIG, read_config
+from slcs2_jax.results.run_folder import (
+    CHECKPOINT,
+    CHECKPOINT_FORMAT,
+    GENERATIONS,
+    GRAMMAR,
+    SOLUTIONS,
+    SUMMARY,
+    TIMING,
+    checkpoint_limits,
+)
+from slcs2_jax.results.sweep import SWEEP
+
+BEST = f"{SOLUTIONS}/instance_000_best.npz"
+FILES = (CONFIG, GENERATIONS, CHECKPOINT, GRAMMAR, SUMMARY, TIMING, SWEEP, "lock", BEST, "report.html")
+FOLDERS = (SOLUTIONS, "report")
+NAMES = ("../out", "/tmp/out", "a/../../out", "C:\\out", "link/x", "\x1b[2Jx", "a\nb", "..")
+ODD_FOLDERS = (
+    "=cmd|' /C calc'!A0",
+    "+1+1",
+    "@SUM(1)",
+    "\\input{secret}",
+    "<script>alert(1)</script>",
+    "[l](javascript:alert(1))",
+    "a|b",
+    "[/red]",
+    "\x1b[2J\x1b]0;x\x07",
+    "a\n# b",
+    "$x^{$",
+    "-2 `x` ${y}",
+)
+
+Change = Callable[[Path, Path, Path], None]  # the run folder, the file in it, outside
+
+
+def _gone(file: Path) -> None:
+    if file.is_dir() and not file.is_symlink():
+        shutil.rmtree(file)
+    else:
+        file.unlink(missing_ok=True)
+
+
+def _replaced(make: Callable[[Path, Path], None]) -> Change:
+    def change(run: Path, file: Path, outside: Path) -> None:
+        _gone(file)
+        file.parent.mkdir(exist_ok=True)
+        make(file, outside / file.relative_to(run))
+
+    return change
+
+
+def _with_bytes(data: Callable[[], bytes]) -> Change:
+    return _replaced(lambda file, _: file.write_bytes(data()) and None)
+
+
+def _sparse(file: Path, _: Path) -> None:
+    file.touch()
+    os.truncate(file, 16 * 2**30)
+
+
+def _socket(file: Path, _: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as one, contextlib.chdir(file.parent):
+        one.bind(file.name)  # the whole path may be too long for one
+
+
+def _no_permission(run: Path, file: Path, outside: Path) -> None:
+    if not file.exists():
+        file.touch()
+    file.chmod(0)
+
+
+def _aliases() -> bytes:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{n}: &a{n} [" + ", ".join([f"*a{n - 1}"] * 10) + "]" for n in range(1, 10)]
+    return "\n".join(lines).encode()
+
+
+def _document(kind: str, content: dict[str, Any]) -> bytes:
+    whole = {"format": f"slcs2_jax {kind} 1", **content}
+    return json.dumps(whole | {"checksum": checksum(whole)}).encode()
+
+
+def _lists() -> bytes:
+    """A summary with the right checksum and twenty million lists."""
+    return _document("summary", {"generations": 4, "instances": [[]] * 10_000_000})
+
+
+def zeros(entries: int = 4, size: int = 2**28) -> bytes:
+    """An archive of a few hundred kB whose entries are so many zeros each."""
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, {"descr": "|u1", "fortran_order": False, "shape": (size,)})
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as made:
+        for number in range(entries):
+            with made.open(f"x{number}.npy", "w", force_zip64=True) as entry:
+                entry.write(head.getvalue())
+                for _ in range(size // 2**24):
+                    entry.write(bytes(2**24))
+    return archive.getvalue()
+
+
+def entries(count: int = 200_000) -> bytes:
+    """An archive of so many entries."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as made:
+        for number in range(count):
+            made.writestr(f"{number}.npy", b"")
+    return archive.getvalue()
+
+
+def _member_bomb(run: Path, file: Path, outside: Path) -> None:
+    """A checkpoint whose members unpack to gigabytes."""
+    arrays, about = read_archive(file, CHECKPOINT_FORMAT, checkpoint_limits(read_config(run).settings))
+    packed = zlib.compress(bytes(2**28), 9)
+    head = json.dumps({"mask": {"dtype": "|u1", "shape": [2**28], "length": len(packed)}}).encode()
+    piece = struct.pack("<I", len(head)) + head + packed
+    arrays["0.search.members.data"] = np.frombuffer(piece * 40, np.uint8)
+    arrays["0.search.members.length"] = np.full((20, 2), len(piece), np.int64)
+    arrays["0.search.members.explorations"] = np.zeros(20, np.int64)
+    made = {**arrays, "format": np.array(CHECKPOINT_FORMAT), "about": np.array(json.dumps(about))}
+    with file.open("wb") as stream:
+        np.savez(stream, **made)
+
+
+def sweep_of(name: str) -> Change:
+    """A sweep that names a run elsewhere."""
+
+    def change(run: Path, file: Path, outside: Path) -> None:
+        settings = json.loads((outside / SWEEP).read_bytes())["runs"]
+        (run / "link").symlink_to(outside)
+        (run / SWEEP).write_bytes(_document("sweep", {"runs": {name: next(iter(settings.values()))}}))
+
+    return change
+
+
+_EVERY: dict[str, Change] = {
+    "link to a good file": _replaced(lambda file, good: file.symlink_to(good)),
+    "link to /dev/zero": _replaced(lambda file, good: file.symlink_to("/dev/zero")),
+    "link to nothing": _replaced(lambda file, good: file.symlink_to(good.with_name("made"))),
+    "another name of a good file": _replaced(lambda file, good: os.link(good, file)),
+    "pipe": _replaced(lambda file, good: os.mkfifo(file)),
+    "socket": _replaced(_socket),
+    "folder": _replaced(lambda file, good: file.mkdir()),
+    "huge": _replaced(_sparse),
+    "nested": _with_bytes(lambda: b"[" * 10**6),
+    "nested mappings": _with_bytes(lambda: b'{"a":' * 10**6),
+    "lines": _with_bytes(lambda: b'{"instance": 0, "generation": 0}\n' * 10**6),
+    "empty lines": _with_bytes(lambda: b"\n" * 10**7),
+    "control characters": _with_bytes(lambda: b"\x1b[2J\x00\x9b" * 1000),
+    "no permission": _no_permission,
+}
+_SOME: dict[str, dict[str, Change]] = {
+    CONFIG: {
+        "aliases": _with_bytes(_aliases),
+        "long": _with_bytes(lambda: b"a: [" + b"1, " * 10**7 + b"]"),
+        "base 60": _with_bytes(lambda: b"a: 1" + b":1" * 400_000),
+    },
+    SUMMARY: {"lists": _with_bytes(_lists)},
+    CHECKPOINT: {"members that unpack to gigabytes": _member_bomb},
+    SWEEP: {f"a run in {name!r}": sweep_of(name) for name in NAMES},
+}
+
+
+def changes(bombs: dict[str, bytes]) -> list[tuple[str, str, Change]]:
+    """Every hostile change: the file, what is done to it, and how."""
+    packed = {name: _with_bytes(lambda data=data: data) for name, data in bombs.items()}  # type: ignore[misc]
+    found = [(file, kind, change) for file in FILES for kind, change in _EVERY.items()]
+    found += [(file, kind, change) for file, some in _SOME.items() for kind, change in some.items()]
+    found += [(file, kind, change) for file in (CHECKPOINT, BEST) for kind, change in packed.items()]
+    links = ("link to a good file", "link to nothing", "pipe", "no permission")
+    return found + [(folder, kind, _EVERY[kind]) for folder in FOLDERS for kind in links]
