@@ -10,7 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.episode import Episode, Parameters, Result
-from slcs2_jax.policy import classifier, decision_list, strength
+from slcs2_jax.native.choice import FADINGS, POLICIES
+from slcs2_jax.policy import strength
+from slcs2_jax.policy.classifier import Classifier, Memory
+from slcs2_jax.policy.policy import Figures
+from slcs2_jax.swarm.state import initial_state
 from slcs2_jax.world.arena import Arena
 
 WORLD = ("sink_x", "sink_y", "estimate_x", "estimate_y", "jammer_x", "jammer_y", "has_jammer", "time_limit", "channels")
@@ -19,14 +23,12 @@ STATE = (
     "history", "waiting", "delivered", "contribution", "interference",
 )  # fmt: skip
 MEMORY = ("usage", "quality", "error", "strength", "trace", "reward", "recent")
-RADIO = ("gain", "slope", "floor", "shadowing", "wall", "noise", "sensitivity", "threshold", "half_power",
-         "network_range")  # fmt: skip
+PROPAGATION = ("gain", "slope", "floor", "wall")
+RADIO = ("noise", "sensitivity", "threshold", "half_power", "network_range")
 SWARM = ("packets", "speed", "clearance", "clear", "lidar_range", "distance_threshold", "tolerance", "half_thickness",
          "cost_move", "cost_communicate")  # fmt: skip
 LEARNING = ("alpha_grasp", "alpha_q", "alpha_q_final", "beta_q", "trace_decay")
-CONTROLLERS = (classifier, decision_list)
-MOST_AGENTS, MOST_CHANNELS, MOST_WORDS = 64, 3, 4
-WORD = 32
+WORD = 32  # bits
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,8 +36,9 @@ class Sizes:
     """What all episodes of a call have in common; the order is that of ``state.h``.
 
     batch, agents, rules, words (of a condition), channels; vertical, horizontal: rows for walls; period: steps between
-    exchanges of knowledge; round: steps between settlements; depth: BP_max; periods: to compute; controller: index in
-    ``CONTROLLERS``; noted: whether every step of the first episode is written down.
+    exchanges of knowledge; round: steps between settlements; depth: BP_max; periods: to compute; policy and fading:
+    places in ``POLICIES`` and ``FADINGS``; reflexes: whether rules can be reflexes; noted: whether every step of the
+    first episode is written down.
     """
 
     batch: int
@@ -49,13 +52,15 @@ class Sizes:
     round: int
     depth: int
     periods: int
-    controller: int
+    policy: int
+    fading: int
+    reflexes: int
     noted: int
 
     @classmethod
     def of(cls, episode: Episode, parameters: Parameters, periods: int, *, noted: bool = False) -> Sizes:
         """Of a batch of episodes."""
-        words, rules, agents, batch = episode.rules.mask.shape
+        words, rules, agents, batch = episode.given.mask.shape
         period, depth = parameters.sharing_period, parameters.learning.bp_max
         return cls(
             batch=batch,
@@ -69,7 +74,9 @@ class Sizes:
             round=strength.round_length(period, depth),
             depth=depth,
             periods=periods,
-            controller=CONTROLLERS.index(parameters.controller),
+            policy=POLICIES.index(type(parameters.policy)),
+            fading=FADINGS.index(type(parameters.physics.radio.fading)),
+            reflexes=int(episode.given.reflex is not None),
             noted=int(noted),
         )
 
@@ -106,17 +113,28 @@ def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
     arena: Arena = episode.arena
     walls = [getattr(side, name) for side in (arena.walls.vertical, arena.walls.horizontal)
              for name in ("at", "low", "high")]  # fmt: skip
-    physics, learning = parameters.physics, parameters.learning
-    values = [getattr(section, name) for section, names in
-              ((physics.radio, RADIO), (physics.swarm, SWARM), (learning, LEARNING)) for name in names]  # fmt: skip
-    scalars = jnp.stack([jnp.asarray(value).astype(jnp.float32) for value in values])
-    return [*(getattr(arena, name) for name in WORLD), *walls, episode.rules.mask, episode.rules.action, scalars]
+    physics, learning, rules = parameters.physics, parameters.learning, episode.given
+    radio = physics.radio
+    sections = ((radio.propagation, PROPAGATION), (radio, RADIO), (physics.swarm, SWARM), (learning, LEARNING))
+    values = [getattr(section, name) for section, names in sections for name in names]
+    (spread,) = jax.tree.leaves(radio.fading) or [np.float32(0)]
+    scalars = jnp.stack([jnp.asarray(value).astype(jnp.float32) for value in (spread, *values)])
+    reflex = jnp.zeros(0, bool) if rules.reflex is None else rules.reflex
+    return [*(getattr(arena, name) for name in WORLD), *walls, rules.mask, rules.action, reflex, scalars]
 
 
 def kept_arrays(episode: Episode) -> list[Any]:
     """What a call changes."""
-    memory = [getattr(episode.memory, name) for name in _memory_names(episode)]
-    return [getattr(episode.state, name) for name in STATE] + memory
+    memory = episode.memory
+    learnt = [getattr(memory, name) for name in MEMORY] if isinstance(memory, Memory) else [memory]
+    return [getattr(episode.state, name) for name in STATE] + learnt
+
+
+def begin(arena: Arena, given: Any, key: jax.Array, parameters: Parameters) -> Episode:
+    """``episode.begin``, but that the links of the first step are not drawn yet: ``advance`` does so itself."""
+    physics = parameters.physics
+    state = initial_state(arena, key, physics.swarm.packets, physics.radio.noise)
+    return Episode(arena, given, state, parameters.policy.initial_memory(given, arena.start_x, parameters.learning))
 
 
 def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
@@ -134,17 +152,18 @@ def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episo
 
 def result(episode: Episode, parameters: Parameters) -> Result:
     """``episode.result`` for a batch of episodes, by the native code."""
-    memory, state = episode.memory, episode.state
-    if parameters.controller is classifier:
-        memory = _call("slcs2_finish", episode, parameters, Sizes.of(episode, parameters, 0))[0].memory
+    policy, state = parameters.policy, episode.state
+    if type(policy) is Classifier:
+        end = _call("slcs2_finish", episode, parameters, Sizes.of(episode, parameters, 0))[0].memory
+        figures = Figures(quality=end.quality, strength=end.strength, error=end.error, usage=end.usage)
+    else:
+        figures = policy.finish(episode.memory, state.t, parameters.learning)
     return Result(
         steps=state.t,
         delivered=state.delivered,
         contribution=state.contribution,
-        quality=memory.quality,
-        strength=memory.strength,
-        error=memory.error,
-        usage=memory.usage,
+        figures=figures,
+        measures={},
     )
 
 
@@ -155,11 +174,8 @@ def _call(name: str, episode: Episode, parameters: Parameters, sizes: Sizes) -> 
     aliases = {len(given) + k: k for k in range(len(kept))}
     found = jax.ffi.ffi_call(name, shapes, input_output_aliases=aliases)(*given, *kept, sizes=sizes.as_array())
     state = dataclasses.replace(episode.state, **dict(zip(STATE, found, strict=False)))
-    memory_names = _memory_names(episode)
-    memory = dataclasses.replace(episode.memory, **dict(zip(memory_names, found[len(STATE) :], strict=False)))
+    learnt = found[len(STATE) : len(kept)]
+    one = isinstance(episode.memory, Memory)
+    memory = dataclasses.replace(episode.memory, **dict(zip(MEMORY, learnt, strict=True))) if one else learnt[0]
     noted = dict(zip(notes, found[len(kept) :], strict=True))
     return dataclasses.replace(episode, state=state, memory=memory), noted
-
-
-def _memory_names(episode: Episode) -> tuple[str, ...]:
-    return MEMORY if isinstance(episode.memory, classifier.Memory) else MEMORY[:1]

@@ -9,7 +9,7 @@ namespace slcs2 {
 enum Given {
   SINK_X, SINK_Y, ESTIMATE_X, ESTIMATE_Y, JAMMER_X, JAMMER_Y, HAS_JAMMER, TIME_LIMIT, CHANNELS,
   VERTICAL_AT, VERTICAL_LOW, VERTICAL_HIGH, HORIZONTAL_AT, HORIZONTAL_LOW, HORIZONTAL_HIGH, CONDITION, ACTION,
-  PARAMETERS, GIVEN
+  REFLEX, PARAMETERS, GIVEN
 };
 enum Kept {
   T, KEY, NODE_X, NODE_Y, POWER, KNOWN_TIME, KNOWN_X, KNOWN_Y, HEARD, JAMMER_RANGE_, HOLDING, HISTORY_, WAITING,
@@ -28,7 +28,7 @@ struct Buffers {
   void* noted[NOTED];
 };
 
-inline int kept_buffers(const Sizes& s) { return s.controller == CLASSIFIER ? (int)KEPT : (int)KEPT_BY_LIST; }
+inline int kept_buffers(const Sizes& s) { return s.policy == CLASSIFIER ? (int)KEPT : (int)KEPT_BY_LIST; }
 
 // Bytes of each array: what a caller must bring.
 inline size_t given_bytes(const Sizes& s, int which) {
@@ -40,6 +40,7 @@ inline size_t given_bytes(const Sizes& s, int which) {
     case HORIZONTAL_AT: case HORIZONTAL_LOW: case HORIZONTAL_HIGH: return s.horizontal * lanes;
     case CONDITION: return (size_t)s.words * s.rules * s.agents * lanes;
     case ACTION: return (size_t)s.rules * s.agents * b;
+    case REFLEX: return s.reflexes ? (size_t)s.rules * s.agents * b : 0;
     case PARAMETERS: return sizeof(Parameters);
     default: return lanes;
   }

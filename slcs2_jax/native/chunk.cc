@@ -51,6 +51,15 @@ extern "C" void slcs2_finish(const slcs2::Sizes* sizes, const slcs2::Buffers* bu
   slcs2::finish(*sizes, *buffers);
 }
 
+// What this library was compiled from.
+extern "C" const char* slcs2_key() {
+#ifdef SLCS2_KEY
+  return SLCS2_KEY;
+#else
+  return "";
+#endif
+}
+
 #ifndef SLCS2_WITHOUT_XLA
 namespace slcs2 {
 namespace {

@@ -71,6 +71,7 @@ inline int choose(const Mind& mind, const uint32_t* names, float alpha_grasp, co
 
 // The rule whose action `choose` returns for the same arguments; -1 if no rule holds.
 inline int chosen(const Mind& mind, const uint32_t* names, float alpha_grasp, const Stream<uint32_t>& lots) {
+  if (const int reflex = mind.reflex ? mind.first_match(mind.reflex) : -1; reflex >= 0) return reflex;
   const Range range = quality_range(mind);
   uint32_t winner = 0;
   int rule = -1;
@@ -82,11 +83,12 @@ inline int chosen(const Mind& mind, const uint32_t* names, float alpha_grasp, co
   return rule;
 }
 
-// Learn from the last step, then choose. `step` counts from the call's beginning and names the place of action sets.
+// Learn from the last step, then choose, unless a reflex holds (subsumption, R. Brooks 1986). `step` counts from the call's beginning and names the place of action sets.
 inline int decide(Mind& mind, int step, const uint32_t* names, float reward, float alpha, const Parameters& p,
                   const Stream<uint32_t>& lots) {
   learn(mind, mind.set(step + HISTORY - 1), reward, best_ahead(mind), alpha, p.beta_q);
-  const int action = choose(mind, names, p.alpha_grasp, lots);
+  const int reflex = mind.reflex ? mind.first_match(mind.reflex) : -1;
+  const int action = reflex >= 0 ? (int)mind.action[reflex] : choose(mind, names, p.alpha_grasp, lots);
   const Bits* with_action = mind.rules_with(action);
   Bits* members = mind.set(step);
   for (int w = 0; w < mind.words; w++) members[w] = action == NO_ACTION ? 0 : mind.match[w] & with_action[w];

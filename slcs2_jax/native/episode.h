@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "classifier.h"
-#include "decision_list.h"
+#include "first_match.h"
 #include "intent.h"
 #include "knowledge.h"
 #include "links.h"
@@ -104,7 +104,7 @@ class Simulation {
         const int place = step % sizes_.round;
         for (int i = 0; i < group_.n; i++)
           group_.gains[(size_t)i * sizes_.round + place] = gain(group_.reward[i], group_.intent[i].acts);
-        if (place == sizes_.round - 1 && sizes_.controller == CLASSIFIER) settle(group_, minds_, awake_, step);
+        if (place == sizes_.round - 1 && sizes_.policy == CLASSIFIER) settle(group_, minds_, awake_, step);
       }
       share(group_);
     }
@@ -136,7 +136,7 @@ class Simulation {
 
   // What agent i does in every episode.
   Ints decide_all(int i, int step, const Truth& truth, Floats alpha, const Stream<Words>& lots, Notes* notes) {
-    const bool learns = sizes_.controller == CLASSIFIER;
+    const bool learns = sizes_.policy == CLASSIFIER;
     const uint32_t* names = names_ + i * Mind::whole_vectors(sizes_);
     Ints action = all(NO_ACTION);
     for (int lane = 0; lane < LANES; lane++) {
@@ -149,7 +149,7 @@ class Simulation {
       action[lane] = learns ? decide(mind, step, names, group_.reward[i][lane], alpha[lane], parameters_, own)
                             : decide_by_list(mind);
       if (notes && lane == 0) {
-        const int rule = learns ? chosen(mind, names, parameters_.alpha_grasp, own) : first_match(mind);
+        const int rule = learns ? chosen(mind, names, parameters_.alpha_grasp, own) : mind.first_match();
         notes->decision(step, i, mind, action[lane], rule);
       }
     }

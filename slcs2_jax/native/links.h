@@ -6,10 +6,9 @@
 
 namespace slcs2 {
 
-// Received power over each link, mW: P_t - PL(d) - walls * L_w + X as powers of two (world/radio.py, received_power).
-inline Floats received_power(Floats square, Floats walls, Floats shadow, const Parameters& p) {
-  const Floats loss = p.slope * logarithm2(maximum(square, all(p.floor)));
-  return power_of_two(p.gain - loss - p.wall * walls + p.shadowing * shadow);
+// log2 of the mean power received over each link, mW: P_t - PL(d) - walls * L_w (world/propagation.py, LogDistance).
+inline Floats level(Floats square, Floats walls, const Parameters& p) {
+  return p.gain - p.slope * logarithm2(maximum(square, all(p.floor))) - p.wall * walls;
 }
 
 // Received: power >= P_rs and signal to interference and noise >= threshold (world/radio.py, decodable).
@@ -27,8 +26,12 @@ inline void draw(Group& g, const Crossings* crossings, bool with_jammer) {
     for (int j = i + 1; j < places; j++) {
       const Floats square = squared_distance(g.x[i], g.y[i], g.x[j], g.y[j]);
       const Floats walls = crossings ? crossings->counted(i, j) : all(0.0f);
-      const Floats shadow = normal(shadowing.draw((uint32_t)(i * g.places + j)));
-      power[j] = g.power_of(j)[i] = received_power(square, walls, shadow, g.parameters);
+      Floats received = level(square, walls, g.parameters);
+      if (g.sizes.fading == LOG_NORMAL) {
+        const Words word = shadowing.draw((uint32_t)(i * g.places + j));
+        received += g.parameters.spread * normal(word);  // X ~ N(0, sigma^2) (world/fading.py, LogNormal)
+      }
+      power[j] = g.power_of(j)[i] = power_of_two(received);
     }
   }
 }

@@ -26,6 +26,7 @@ struct Mind {
   uint32_t* action;                   // [R]
   Bits* acting;                       // [actions of the vocabulary and one for the rest, words], the rules with each
   Bits* match;                        // [words], the match set Gamma' of this step
+  Bits* reflex;                       // [words], the rules that act whenever they hold; null where there are none
   Bits* sets;                         // [HISTORY, words], the action sets of the last steps, a ring
   uint32_t truth[CLAUSE_WORDS];       // of the step that `match` is of
 
@@ -40,6 +41,7 @@ struct Mind {
     m.condition = store.take<uint32_t>(s.words * rules);
     m.acting = store.take<Bits>((N_ACTIONS + 1) * words);
     m.match = store.take<Bits>(words), m.sets = store.take<Bits>(HISTORY * words);
+    m.reflex = s.reflexes ? store.take<Bits>(words) : nullptr;
     return m;
   }
 
@@ -59,6 +61,13 @@ struct Mind {
       acting[std::min<size_t>(action[r], N_ACTIONS) * words + r / 64] |= Bits(1) << (r % 64);
     memset(truth, 0, sizeof truth);
     match_all();
+  }
+
+  // The first rule that holds, of all or of the reflexes; -1 if there is none.
+  int first_match(const Bits* among = nullptr) const {
+    for (int w = 0; w < words; w++)
+      if (const Bits holding = match[w] & (among ? among[w] : ~Bits(0))) return w * 64 + __builtin_ctzll(holding);
+    return -1;
   }
 
   // The match set of the clauses that are true now; found anew only if they are others than before.

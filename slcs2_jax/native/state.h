@@ -16,7 +16,8 @@ constexpr int HISTORY = 32;   // steps that a rule's trace holds
 constexpr int CLAUSE_WORDS = 4;
 constexpr int MOST_AGENTS = 64, MOST_NODES = MOST_AGENTS + 2, MOST_CHANNELS = 3;
 
-enum Controller : int32_t { CLASSIFIER = 0, DECISION_LIST = 1 };
+enum Policy : int32_t { CLASSIFIER, FIRST_MATCH };
+enum Fading : int32_t { NO_FADING, LOG_NORMAL };
 
 // Sizes that all episodes of a call have in common; the order is that of `advance.py`.
 struct Sizes {
@@ -25,8 +26,9 @@ struct Sizes {
   int32_t round;    // steps between settlements of strength, a divisor of the period
   int32_t depth;    // BP_max
   int32_t periods;  // to compute
-  int32_t controller;
-  int32_t noted;  // whether to write down every step of the first episode
+  int32_t policy, fading;
+  int32_t reflexes;  // whether rules can be reflexes
+  int32_t noted;     // whether to write down every step of the first episode
 
   int nodes() const { return agents + 2; }
   int places() const { return agents + 3; }
@@ -37,7 +39,9 @@ struct Sizes {
 
 // Scalars, all float32; the order is that of `advance.py`.
 struct Parameters {
-  float gain, slope, floor, shadowing, wall, noise, sensitivity, threshold, half_power, network_range;
+  float spread;  // of the fading: sigma in powers of two
+  float gain, slope, floor, wall;
+  float noise, sensitivity, threshold, half_power, network_range;
   float packets, speed, clearance, clear, lidar_range, distance_threshold, tolerance, half_thickness;
   float cost_move, cost_communicate;
   float alpha_grasp, alpha_q, alpha_q_final, beta_q, trace_decay;

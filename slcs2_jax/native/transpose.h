@@ -88,7 +88,7 @@ inline void each_field(const Buffers& buffers, Group& g, MoveVector move, MoveMa
     move(arrays[CONTRIBUTION], i, g.contribution[i]);
     for (int c = 0; c < g.channels; c++)
       move(arrays[INTERFERENCE], (size_t)c * n + i, g.interference[(size_t)i * g.channels + c]);
-    if (g.sizes.controller != CLASSIFIER) continue;
+    if (g.sizes.policy != CLASSIFIER) continue;
     move(arrays[REWARD], i, g.reward[i]);
     for (int k = 0; k < g.sizes.depth; k++)
       move(arrays[RECENT], (size_t)k * n + i, g.recent[(size_t)i * g.sizes.depth + k]);
@@ -127,14 +127,17 @@ inline void store_state(const Buffers& buffers, const Rows& rows, Group& g, cons
 inline void load_mind(const Buffers& buffers, const Rows& rows, int i, int lane, Mind& mind) {
   const Sizes& s = *mind.sizes;
   const size_t room = Mind::whole_vectors(s);
-  const bool learns = s.controller == CLASSIFIER;
+  const bool learns = s.policy == CLASSIFIER;
   const void* const* kept = buffers.kept;
+  if (mind.reflex) memset(mind.reflex, 0, mind.words * sizeof(Bits));
   memset(mind.sets, 0, HISTORY * (size_t)mind.words * sizeof(Bits));
   for (int r = 0; r < s.rules; r++) {
     const size_t row = (size_t)r * s.agents + i;
     for (int w = 0; w < s.words; w++)
       mind.condition[w * room + r] =
           rows.at<uint32_t>(buffers.given[CONDITION], (size_t)w * s.rules * s.agents + row, lane);
+    if (mind.reflex && rows.at<uint8_t>(buffers.given[REFLEX], row, lane))
+      mind.reflex[r / 64] |= Bits(1) << (r % 64);
     mind.action[r] = rows.at<uint8_t>(buffers.given[ACTION], row, lane);
     mind.usage[r] = rows.at<int32_t>(kept[USAGE], row, lane);
     if (!learns) continue;
@@ -151,7 +154,7 @@ inline void load_mind(const Buffers& buffers, const Rows& rows, int i, int lane,
 // `steps`: how many were made since the mind was loaded.
 inline void store_mind(const Buffers& buffers, const Rows& rows, int i, int lane, const Mind& mind, int steps) {
   const Sizes& s = *mind.sizes;
-  const bool learns = s.controller == CLASSIFIER;
+  const bool learns = s.policy == CLASSIFIER;
   void* const* kept = buffers.kept;
   for (int r = 0; r < s.rules; r++) {
     const size_t row = (size_t)r * s.agents + i;

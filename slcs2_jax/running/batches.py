@@ -60,7 +60,8 @@ def _rollout(
     parameters = Parameters.of(settings, policy, language)
     slots = width * len(devices)
     like = Rules.like(settings.rules.rules, settings.swarm.agents, language)
-    return Rollout(parameters, shape, like, slots=slots, devices=devices, chunk=settings.compute.chunk)
+    chunk, engine = settings.compute.chunk, settings.compute.native
+    return Rollout(parameters, shape, like, slots=slots, devices=devices, chunk=chunk, engine=engine)
 
 
 def slots_per_device(settings: Settings, tasks: int) -> int:
