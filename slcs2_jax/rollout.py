@@ -21,7 +21,7 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.native import advance as native
-from slcs2_jax.native import choice
+from slcs2_jax.native import choice, library
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.world.arena import Arena, stack
 from slcs2_jax.world.emitters import JammerRoom
@@ -114,6 +114,7 @@ class Rollout:
         self.slots = -(-slots // whole) * whole
         self.periods = max(1, round(chunk / parameters.sharing_period))
         self.slot_steps = 0  # all steps computed, of vacant slots and finished episodes too
+        self._devices = len(devices)
         self._shape = shape
         self._policy, self._language = parameters.policy, parameters.physics.language
         self._jobs: list[Job | None] = [None] * self.slots
@@ -140,8 +141,16 @@ class Rollout:
         return self.periods * self._parameters.sharing_period
 
     def vacant(self) -> list[int]:
-        """Slots without a job."""
-        return [slot for slot, job in enumerate(self._jobs) if job is None]
+        """Slots without a job, in the order in which they are best filled.
+
+        The native chunk computes slots in lane groups, and none for a group without a job: so group after group, and
+        with what there is spread over all devices.
+        """
+        free = [slot for slot, job in enumerate(self._jobs) if job is None]
+        if not self.native:
+            return free
+        per_device, lanes = self.slots // self._devices, library.lanes()
+        return sorted(free, key=lambda slot: (slot % per_device // lanes, slot % lanes, slot))
 
     def place(self, slot: int, job: Job) -> None:
         """Give a vacant slot a job; it starts with the next ``advance``."""
@@ -170,12 +179,19 @@ class Rollout:
             self._episode = self._refill(self._episode, *self._given(), entering, self._parameters)
             self._entering[:] = False
         self._episode, over = self._advance(self._episode, self._parameters)
-        self.slot_steps += self.slots * self.steps_per_chunk
+        self.slot_steps += self._computed() * self.steps_per_chunk
         ended = [slot for slot in np.flatnonzero(np.asarray(over)) if self._jobs[slot] is not None]
         if not ended:
             return []
         result = jax.device_get(self._result(self._episode, self._parameters))
         return [self._take(int(slot), result) for slot in ended]
+
+    def _computed(self) -> int:
+        """How many slots a chunk is computed for."""
+        if not self.native:
+            return self.slots
+        lanes = library.lanes()
+        return lanes * len({slot // lanes for slot, job in enumerate(self._jobs) if job is not None})
 
     def _take(self, slot: int, result: Any) -> Done:
         job = self._jobs[slot]

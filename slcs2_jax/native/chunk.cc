@@ -51,6 +51,9 @@ extern "C" void slcs2_finish(const slcs2::Sizes* sizes, const slcs2::Buffers* bu
   slcs2::finish(*sizes, *buffers);
 }
 
+// How many episodes are computed side by side: the batch is cut into groups of so many.
+extern "C" int slcs2_lanes() { return slcs2::LANES; }
+
 // What this library was compiled from.
 extern "C" const char* slcs2_key() {
 #ifdef SLCS2_KEY

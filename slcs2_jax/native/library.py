@@ -16,6 +16,8 @@ from slcs2_jax.native.build import BuildError
 
 CALLS = {"slcs2_advance": "Slcs2Advance", "slcs2_finish": "Slcs2Finish"}
 
+_lanes = 1  # until a library is loaded
+
 
 @functools.cache
 def reason_against() -> str | None:
@@ -35,8 +37,15 @@ def register(path: Path) -> None:
     library.slcs2_key.restype = ctypes.c_char_p
     if library.slcs2_key().decode() != build.source_key():
         raise BuildError(f"{path}: it is of another version")
+    global _lanes
+    _lanes = int(library.slcs2_lanes())
     for name, symbol in CALLS.items():
         jax.ffi.register_ffi_target(name, jax.ffi.pycapsule(getattr(library, symbol)), platform="cpu")
+
+
+def lanes() -> int:
+    """How many neighbouring episodes of a batch are computed side by side; groups that are all over cost nothing."""
+    return _lanes
 
 
 def _find() -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
@@ -28,11 +28,13 @@ def make_batches(
     *,
     width: int | None = None,
     policy: Policy | None = None,
+    note: Callable[[str], None] = lambda text: None,
 ) -> list[Batch]:
     """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
 
     The slots of a rollout all have room for the walls of the fullest scenario, and cost as much as if they were used;
     so tasks are parted by the number of walls where there are enough of them to keep several rollouts busy.
+    `note` is told if XLA computes what the native chunk should.
     """
     width = width or slots_per_device(settings, sum(len(task.wanted(0)) for task in tasks))
     by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
@@ -40,10 +42,14 @@ def make_batches(
     on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]
-    return [
+    batches = [
         Batch(some, _rollout(settings, said, [task.site for task in some], width, policy))
         for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
     ]
+    for text in dict.fromkeys(batch.rollout.note for batch in batches):
+        if text is not None:
+            note(text)
+    return batches
 
 
 def _rollout(

@@ -49,7 +49,7 @@ def deploy_list(
         groups.setdefault(batch_key(one), []).append(place)
     for places in groups.values():
         own = [task for place in places for task in tasks[place]]
-        play(make_batches(sized[places[0]], [decisions], own, policy=FirstMatch()), tell)
+        play(make_batches(sized[places[0]], [decisions], own, policy=FirstMatch(), note=report.note), tell)
     return [[task.deployments for task in own] for own in tasks]
 
 

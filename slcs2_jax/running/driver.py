@@ -161,7 +161,8 @@ class _Session:
                 _raise_if_stopped(self._stop, self._members)
 
         if not all(run.finished for run in runs):
-            batches = make_batches(members[0].settings, [member.grammar for member in members], runs, width=width)
+            grammars = [member.grammar for member in members]
+            batches = make_batches(members[0].settings, grammars, runs, width=width, note=self._report.note)
             usage = play(batches, after_chunk)
             for member in members:
                 member.note_usage(usage)
@@ -223,7 +224,7 @@ def _measure(
     check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
     sites = [_site(settings, said, instance) for instance in range(settings.instances)]
     tasks = [Measurement(site, rules, deployments) for site in sites]
-    batches = make_batches(settings, [said], tasks, width=width, policy=policy)
+    batches = make_batches(settings, [said], tasks, width=width, policy=policy, note=report.note)
     start = time.perf_counter()
 
     def tell() -> None:
