@@ -35,15 +35,17 @@ struct Weights {
   }
 };
 
-// At the end: credit the sets that are not BP_max steps old, and divide by usage; 0 for rules never used. `step`: the
-// last one; `recent`: [BP_max], the agent's last gains, the latest first.
+// At the end: credit the sets that are not BP_max steps old, and divide by usage; 0 for rules never used. They are
+// credited in the order in which further rounds of an episode that stands still would do it, so that it does not matter
+// how many there were. `step`: the last one; `recent`: [BP_max], the agent's last gains, the latest first.
 inline void finish_strength(Mind& mind, const float* recent, int step, float decay) {
   const int depth = mind.sizes->depth;
   const Weights weights(decay);
-  for (int age = 0; age < depth; age++) {
-    const float amount = credit(age, depth, weights.of, 0.0f, [&](int k) { return recent[k]; });
-    for_each(mind.set(step + HISTORY - age), mind.words, [&](int r) { mind.strength[r] += amount; });
-  }
+  for (int end = depth; end > 0; end -= mind.sizes->round)
+    for (int age = std::max(end - mind.sizes->round, 0); age < end; age++) {
+      const float amount = credit(age, depth, weights.of, 0.0f, [&](int k) { return recent[k]; });
+      for_each(mind.set(step + HISTORY - age), mind.words, [&](int r) { mind.strength[r] += amount; });
+    }
   for (int r = 0; r < mind.sizes->rules; r++)
     mind.strength[r] = mind.usage[r] > 0 ? mind.strength[r] / (float)mind.usage[r] : 0.0f;
 }
