@@ -64,7 +64,9 @@ def rollout(
     language = Language.of([used])
     parameters = Parameters.of(SETTINGS[world], language=language)
     like = Compiled.like(RULES, AGENTS, language)
-    return Rollout(parameters, shape, like, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk, engine=engine)
+    return Rollout(
+        parameters, shape, like, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk, engine=engine
+    )
 
 
 @functools.cache

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
-from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
 FOLDER = "calibration"  # below run_dir
 BEHAVIOUR = "designed"
 
+_NODE = ("deployments", "samples", "only", "candidates", "levels", "joint")
+
 Split = tuple[dict[str, Any], dict[str, Any]]  # a cell's settings, and what is the experiment's own
 
 
@@ -27,6 +28,9 @@ def tried(config: Mapping[str, Any], node: Mapping[str, Any]) -> list[Point]:
     from slcs2_jax.study.calibration import points
     from slcs2_jax.study.experiment import settings_with
 
+    unknown = sorted(set(node) - set(_NODE))
+    if unknown:
+        raise refuse("setting", f"calibration.{unknown[0]}", "one of calibration." + ", calibration.".join(_NODE))
     levels, joint, only = dict(node["levels"]), dict(node["joint"]), node["only"]
     if only is not None:
         if not isinstance(only, list) or not set(only) <= set(levels):
@@ -114,11 +118,10 @@ def _missing(notebook: Any, cells: Sequence[Split]) -> list[tuple[Point, list[Sp
 def _estimates(runs: Sequence[Settings], own: Mapping[str, Any]) -> list[Estimate]:
     from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.running import driver
-    from slcs2_jax.running.deployed import deploy_list
     from slcs2_jax.study.calibration import Estimate
 
     count = own["calibration"]["deployments"]
-    designed = deploy_list(runs, load_decision_list(BEHAVIOUR), deployments=count)
+    designed = driver.deploy_in_runs(runs, load_decision_list(BEHAVIOUR), deployments=count)
     short = [
         dataclasses.replace(one, run_dir=None, search=dataclasses.replace(one.search, fresh_deployments=1))
         for one in runs  # nobody looks at the winner's fresh deployments

@@ -60,11 +60,11 @@ def _deploy_cell(planned: Sequence[Planned]) -> None:
     count = first.search.fresh_deployments
     behaviour = load_decision_list(str(planned[0].controller))
     runtime.configure(first.compute)
-    from slcs2_jax.running.deployed import deploy_list
+    from slcs2_jax.running.driver import deploy_in_runs
 
     settings = [one.settings for one in planned]
     with Progress(count, label=f"{first.world.range} {first.world.environment}: deployment") as report:
-        deployments = deploy_list(settings, behaviour, deployments=count, report=report)
+        deployments = deploy_in_runs(settings, behaviour, deployments=count, report=report)
     device = runtime.describe_devices(first.compute)
     for one, [own] in zip(settings, deployments, strict=True):
         path = Path(str(one.run_dir))

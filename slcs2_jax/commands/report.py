@@ -36,6 +36,7 @@ Only instances and generations that all arms have are compared; what is missing 
 followed. Whatever is passed over is named, and why, on stderr.
 """
 _DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None, "strict": False}
+OPTIONS = tuple(_DEFAULTS)
 _PASSED_OVER = 3
 
 

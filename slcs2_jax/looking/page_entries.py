@@ -9,13 +9,15 @@ from slcs2_jax.config import InputError
 from slcs2_jax.looking.page_data import Shown, by_rank
 from slcs2_jax.looking.solutions import best_of, replay
 from slcs2_jax.results import FinishedRun, read_run
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_config import read_config
 from slcs2_jax.results.run_folder import folders_with_config
 
 
 def runs_of_evolution(folder: Path) -> list[FinishedRun]:
     """The runs of evolution in a folder and below it, finished or not. Raises InputError if one is damaged."""
-    return [read_run(place) for place in folders_with_config(folder) if read_config(place).evolves]
+    places = counted(list(folders_with_config(folder)), "runs read:")
+    return [read_run(place) for place in places if read_config(place).evolves]
 
 
 def entries(

@@ -24,6 +24,7 @@ from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
+from slcs2_jax.running.memory import check_fits
 from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
 from slcs2_jax.swarm.links import Links
@@ -56,6 +57,7 @@ class Recording:
         vocabulary: what the numbers of actions mean.
         rules: what was deployed; None for a policy without rules.
         channels: indices of the channels in use, in the order of the columns of `served`.
+        ended: whether it goes to the end of the episode; if not, what else is said is as it was when it was cut.
         fitness: share delivered less share of time used (spec section 7).
         x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
         holding: bool [T + 1, n], who holds a packet.
@@ -81,6 +83,7 @@ class Recording:
     vocabulary: Vocabulary
     rules: RuleSets | None
     channels: tuple[int, ...]
+    ended: bool
     fitness: float
     x: NDArray[np.float32]
     y: NDArray[np.float32]
@@ -176,6 +179,7 @@ def record(
     deployed: BoundPolicy,
     key: tuple[np.uint32, np.uint32],
     *,
+    steps: int | None = None,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """Compute one episode and keep all of it.
@@ -188,28 +192,39 @@ def record(
         scenario: where.
         deployed: what decides.
         key: the episode's key.
+        steps: stop after so many, or the first whole chunk that has them; None: at the end of the episode.
         after_chunk: told now and then how many steps were computed.
 
     Raises:
-        InputError: the scenario is none for these settings.
+        InputError: the scenario is none for these settings, or the recording would not fit into memory.
     """
     check_scenario(scenario, settings)
+    check_fits("world.time_limit", scenario.time_limit, _step_bytes(settings.swarm.agents), "a recording")
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
-    begin, watch, result = _programs()
+    most = scenario.time_limit if steps is None else min(steps, scenario.time_limit)
+    begin, watch, result = _programs(min(CHUNK, -(-most // settings.swarm.sharing_period)))
     episode = begin(*given, parameters)
     matched: Any = 0
     parts: list[dict[str, NDArray[Any]]] = []
     running = True
-    while running:
+    computed = 0
+    while running and computed < most:
         episode, notes = watch(episode, parameters)
-        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
+        steps = notes["running"].size
+        part = {name: np.asarray(leaf).reshape(steps, *leaf.shape[3:]) for name, leaf in notes.items()}
         matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
         parts.append(part)
         running = bool(part["running"][-1])
-        after_chunk(sum(int(one["running"].sum()) for one in parts))
+        computed += int(part["running"].sum())
+        after_chunk(computed)
     end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
-    return _recording(settings, scenario, deployed, parts, matched, *end)
+    return _recording(settings, scenario, deployed, parts, matched, *end, ended=not running)
+
+
+def _step_bytes(agents: int) -> int:
+    """Of a step as it is recorded, twice: its parts are joined in the end."""
+    return 2 * (64 + 20 * agents + 4 * (agents + 2) * -(-(agents + 2) // WORD))
 
 
 def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.uint32]) -> Any:
@@ -225,13 +240,13 @@ def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.u
 
 
 @functools.cache
-def _programs() -> tuple[Any, Any, Any]:
-    """Begin, watch a chunk, and result, compiled for the default backend."""
+def _programs(chunk: int) -> tuple[Any, Any, Any]:
+    """Begin, watch a chunk of so many sharing periods, and result, compiled for the default backend."""
     on_cpu = jax.default_backend() == "cpu"
     program = partial(jax.jit, compiler_options={"xla_cpu_prefer_vector_width": 512} if on_cpu else None)
 
     def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any]:
-        return episodes.watch(episode, parameters, CHUNK, partial(_note, parameters))
+        return episodes.watch(episode, parameters, chunk, partial(_note, parameters))
 
     return program(episodes.begin), program(watch), program(episodes.result)
 
@@ -308,6 +323,8 @@ def _recording(
     matched: NDArray[np.int32],
     state: State,
     result: Result,
+    *,
+    ended: bool,
 ) -> Recording:
     steps, nothing = int(result.steps), np.zeros(matched.shape, np.float32)
     noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
@@ -331,6 +348,7 @@ def _recording(
         vocabulary=deployed.language.vocabulary,
         rules=deployed.given if isinstance(deployed.given, RuleSets) else None,
         channels=deployed.channels,
+        ended=ended,
         fitness=task_of(settings).fitness(score),
         matched=matched,
         contribution=np.asarray(result.contribution),

@@ -16,7 +16,11 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PREBUILT = HERE / "lib"
-LEVELS = {"x86-64-v2": (), "x86-64-v3": ("avx2", "bmi2", "fma"), "x86-64-v4": ("avx512f", "avx512bw", "avx512dq", "avx512vl")}
+LEVELS = {
+    "x86-64-v2": (),
+    "x86-64-v3": ("avx2", "bmi2", "fma"),
+    "x86-64-v4": ("avx512f", "avx512bw", "avx512dq", "avx512vl"),
+}
 FLAGS = ("-std=c++17", "-O3", "-fno-math-errno", "-ffp-contract=off", "-fPIC", "-shared", "-Wno-psabi")
 SECONDS = 120  # that a compiler may take
 
@@ -88,6 +92,26 @@ def compile_library(output: Path, include: str, level: str | None, extra: tuple[
         if scratch is not None:
             with contextlib.suppress(OSError):
                 os.unlink(scratch)
+
+
+def prebuild(folder: Path, include: str, versions: str) -> list[Path]:
+    """One library for each instruction set that processors like this one may have, and what each was made of.
+
+    Raises BuildError.
+    """
+    made = []
+    for name in LEVELS if level() is not None else (None,):
+        library = folder / installed_name(name)
+        compile_library(library, include, name)
+        label = library.with_suffix(".txt")
+        label.write_text(f"{source_key()} {versions}")
+        made += [library, label]
+    return made
+
+
+def installed_name(level: str | None) -> str:
+    """File name of the library for an instruction set inside the package."""
+    return f"chunk-{level or 'default'}.so"
 
 
 def cached_library(folder: Path, include: str, versions: str) -> Path:

@@ -50,7 +50,7 @@ def lanes() -> int:
 
 def _find() -> Path:
     """The library that was installed with the package, else one from the user's cache."""
-    installed = build.PREBUILT / f"chunk-{build.level() or 'default'}.so"
+    installed = build.PREBUILT / build.installed_name(build.level())
     versions = f"jaxlib {jaxlib.__version__}"
     told = installed.with_suffix(".txt")
     if installed.exists() and told.exists() and told.read_text() == f"{build.source_key()} {versions}":

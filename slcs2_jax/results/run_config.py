@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax import __version__
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, invocation, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import present, read_file, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
@@ -58,7 +57,7 @@ def new_record(kind: str, device: str, more: Mapping[str, Any]) -> dict[str, Any
         "format": FORMAT,
         "kind": kind,
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "command": _printable(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]))[:_LONGEST] if sys.argv else "",
+        "command": _printable(invocation.command())[:_LONGEST],
         "device": device,
         "versions": versions(),
         **more,
@@ -114,18 +113,21 @@ def read_config(folder: Path) -> RunConfig:
         raise InputError(f"{label} ({error}); accepted is a folder that slcs2 made") from None
     try:
         with telling_damage():
-            return _from_content(parse_yaml(data))
+            return _from_content(parse_yaml(data), file)
+    except plugins.PluginError:
+        raise
     except InputError as error:
         raise InputError(f"{label} ({show(str(error))}); start the run again in another folder") from None
 
 
-def _from_content(content: Any) -> RunConfig:
+def _from_content(content: Any, file: Path) -> RunConfig:
     record = dict(content["record"])
     check_format(record.get("format"), FORMAT)
     said = record.pop("checksum", None)
     content["record"] = record
     check_sum(content, said)
     del content["record"]
+    plugins.check_same(record, str(file))
     return RunConfig(settings_from(content), record)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from slcs2_jax.config import Settings
+from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 
 
@@ -36,6 +37,7 @@ DESIGNED = "designed"
 
 _TITLES = {
     PLAIN: "SLCS2",
+    "random": "random search",
     "ailta": "no novelty (AILTA)",
     "no_exchange": "no exchange",
     DESIGNED: "designed",
@@ -64,10 +66,14 @@ def arm_of(settings: Settings, controller: str | None = None) -> str:
     """
     if controller is not None:
         return Path(controller).stem
-    parts = []
-    if settings.search.acceptance != "domination":
-        parts.append(settings.search.acceptance)
-    if not settings.search.exchange:
+    search = settings.search
+    parts = [] if search.name == PLAIN else [search.name]
+    parts += [part for part, usual in ((search.parent, "fewest"), (search.variation, "exchange")) if part != usual]
+    if search.homogeneous:
+        parts.append("homogeneous")
+    if search.acceptance != "domination":
+        parts.append(search.acceptance)
+    if not search.exchange:
         parts.append("no_exchange")
     if settings.rules.grammar != "main":
         parts.append(Path(settings.rules.grammar).stem)
@@ -76,7 +82,7 @@ def arm_of(settings: Settings, controller: str | None = None) -> str:
 
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
-    return _TITLES.get(name, name.replace("_", " "))
+    return _TITLES.get(name, terminal(name.replace("_", " ")))
 
 
 def ordered(names: Iterable[str]) -> list[str]:

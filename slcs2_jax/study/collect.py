@@ -15,6 +15,7 @@ from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.results import FinishedRun, read_run
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_folder import folders_with_config
 from slcs2_jax.study.arm import COMPARED, Cell, arm_of, cell_of
 
@@ -89,7 +90,7 @@ def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome
     if not root.is_dir():
         raise InputError(f"folder={show(str(folder))}: no such folder; accepted is a folder with runs of slcs2")
     outcomes: list[Outcome] = []
-    for place in folders_with_config(root, passed):
+    for place in counted(list(folders_with_config(root, passed)), "runs read:"):
         run = read_run(place)
         if run.record.get("kind") == EVOLVED or (CONTROLLER in run.record and DEPLOYED in (run.summary or {})):
             outcomes += _outcomes(run)

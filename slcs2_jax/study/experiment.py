@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config import InputError, Settings, settings_from
-from slcs2_jax.config.compose import conf_dir
+from slcs2_jax.config.conf import conf_dir
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
 from slcs2_jax.study.arm import arm_of, cell_of

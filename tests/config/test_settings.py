@@ -4,7 +4,9 @@ import dataclasses
 import math
 import subprocess
 import sys
+from pathlib import PurePosixPath
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -49,11 +51,28 @@ def test_defaults_are_the_specifications():
         (lambda: Learning(alpha_q=-0.1), "learning.alpha_q=-0.1: accepted is a finite number from 0 to 1"),
         (lambda: Learning(bp_max=25), "learning.bp_max=25: accepted is a whole number from 0 to 24"),
         (lambda: Search(generations=0), "generations=0: accepted is a whole number from 1 to 10000000"),
-        (lambda: Search(acceptance="best"), "acceptance=best: accepted is one of domination, ailta"),
+        (
+            lambda: Search(acceptance="best"),
+            "acceptance=best: accepted is one of domination, ailta, or a name that plugins= brings",
+        ),
         (lambda: Search(exchange="maybe"), "exchange=maybe: accepted is true or false"),
         (lambda: Compute(devices=0), "compute.devices=0: accepted is a whole number from 1 to 1024 or null"),
         (lambda: Settings(seed=-1), "seed=-1: accepted is a whole number from 0 to 2147483647"),
         (lambda: Settings(run_dir=""), "run_dir=: accepted is a text or null"),
+        (
+            lambda: Settings(seed=10**5000),
+            "seed=(too long to be shown): accepted is a whole number from 0 to 2147483647",
+        ),
+        (lambda: Swarm(agents=np.True_), f"swarm.agents={np.True_!r}: accepted is a whole number from 2 to 64"),
+        (lambda: Swarm(packets={}), "swarm.packets={}: accepted is a whole number from 1 to 1000000"),
+        (lambda: Swarm(packets=[3]), "swarm.packets=[3]: accepted is a whole number from 1 to 1000000"),
+        (lambda: Search(exchange=1), "exchange=1: accepted is true or false"),
+        (lambda: Settings(run_dir=PurePosixPath("x")), "run_dir=PurePosixPath('x'): accepted is a text or null"),
+        (
+            lambda: dataclasses.replace(World.preset("urban"), distance=1e6, building_spacing=0.01),
+            "world.building_spacing=0.01: accepted is a number from 166.667 with world.distance=1e+06, "
+            "for at most 6,000 buildings",
+        ),
         (
             lambda: World(environment="forest"),
             "environment=forest: accepted is one of open, jammed, urban, urban_jammed",

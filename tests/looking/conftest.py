@@ -17,7 +17,7 @@ from slcs2_jax.policy.bound import bind_rules
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import SOLUTIONS, SUMMARY
 from slcs2_jax.running import driver
-from slcs2_jax.search.evaluation import fresh_deployment_key
+from slcs2_jax.search import fresh_deployment_key
 from slcs2_jax.world.scenario import make_scenario
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from slcs2_jax import cli
 from slcs2_jax.looking import page_data, page_replay
-from slcs2_jax.looking.page import page
+from slcs2_jax.looking.page import MARK, page
 from slcs2_jax.looking.page_data import Shown, by_rank, history, lineage, rule_table
 from slcs2_jax.looking.page_entries import entries
 from slcs2_jax.looking.traffic import traffic
@@ -153,6 +153,28 @@ def test_a_run_gets_its_page_and_an_earlier_one_is_replaced(finished, tmp_path, 
     facts = index_of(text)
     assert facts["entries"][0]["ended"]
     assert facts["entries"][0]["replay"] in blocks(text)
+
+
+def test_a_solution_that_cannot_be_read_is_named(finished, tmp_path, capsys):
+    run = tmp_path / "run"
+    shutil.copytree(finished, run)
+    best = run / "solutions" / "instance_000_best.npz"
+    best.unlink()
+    best.symlink_to(finished / "solutions" / "instance_000_best.npz")
+    assert cli.main(["report", str(run), "replays=1"]) == 0
+    said = capsys.readouterr().err
+    assert f"passed over: solution={best}: not a solution saved by slcs2 (is a link" in said
+    assert cli.main(["report", str(run), "replays=1", "strict=on"]) == 3
+
+
+def test_a_page_is_not_written_through_a_link(finished, tmp_path, capsys):
+    run, mine = tmp_path / "run", tmp_path / "mine.html"
+    shutil.copytree(finished, run)
+    mine.write_text(MARK)
+    (run / "report.html").symlink_to(mine)
+    assert cli.main(["report", str(run), "replays=0"]) == 2
+    assert "report.html: exists and is no page of a run" in capsys.readouterr().err
+    assert mine.read_text() == MARK
 
 
 def test_a_run_under_way_shows_what_there_is_and_says_so(under_way, capsys):

@@ -127,7 +127,9 @@ def randomly(episode: Episode, choice: dict[str, Any]) -> Episode:
     known &= ~np.eye(n, dtype=bool)[..., None]
     time = np.where(known, rng.integers(0, 50, known.shape), -1)
     been = (rng.standard_normal((2, 50, n, batch)) * choice["spread"]).astype(np.float32)  # where everybody was when
-    known_x, known_y = (np.where(known, np.take_along_axis(at, time.swapaxes(0, 1), 0).swapaxes(0, 1), 0) for at in been)
+    known_x, known_y = (
+        np.where(known, np.take_along_axis(at, time.swapaxes(0, 1), 0).swapaxes(0, 1), 0) for at in been
+    )
     holding = rng.random((n, batch)) < choice["held"]
     history = rng.integers(0, 2**32, state.history.shape, dtype=np.uint32) & np.uint32((1 << min(n, 32)) - 1)
     rules = episode.given.action.shape
