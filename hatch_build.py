@@ -1,5 +1,7 @@
-"""Compiles the native chunk into the wheel where a C++ compiler and XLA's headers are at hand; else it is compiled when it
-is first wanted, or XLA computes everything."""
+"""Compiles the native chunk into the wheel where a C++ compiler and XLA's headers are at hand.
+
+Else it is compiled when it is first wanted, or XLA computes everything.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,8 @@ NATIVE = Path("slcs2_jax/native")
 def _load(path: Path) -> ModuleType:
     """The file alone: importing the package would need what it depends on."""
     spec = importlib.util.spec_from_file_location("native_build", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -55,13 +55,13 @@ def rollout(
     world: str = "open", *, devices: int = 1, width: int = LANES, chunk: int = 50, engine: str = "auto"
 ) -> Rollout:
     """Vacant slots, `width` on each device; kept, because compiling takes seconds. Tests leave them vacant."""
-    used = grammar(world)
+    said = grammar(world)
     shape = Shape(
         agents=AGENTS,
-        channels=len(used.channels_used),
+        channels=len(said.channels_used),
         walls=wall_capacity([scenario(world, number) for number in range(20)]),
     )
-    language = Language.of([used])
+    language = Language.of([said])
     parameters = Parameters.of(SETTINGS[world], language=language)
     like = Compiled.like(RULES, AGENTS, language)
     return Rollout(

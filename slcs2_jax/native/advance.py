@@ -153,6 +153,7 @@ def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episo
 def result(episode: Episode, parameters: Parameters) -> Result:
     """``episode.result`` for a batch of episodes, by the native code."""
     policy, state = parameters.policy, episode.state
+    figures: Figures | None
     if type(policy) is Classifier:
         end = _call("slcs2_finish", episode, parameters, Sizes.of(episode, parameters, 0))[0].memory
         figures = Figures(quality=end.quality, strength=end.strength, error=end.error, usage=end.usage)
@@ -173,7 +174,8 @@ def _call(name: str, episode: Episode, parameters: Parameters, sizes: Sizes) -> 
     shapes = [*(jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in kept), *notes.values()]
     aliases = {len(given) + k: k for k in range(len(kept))}
     found = jax.ffi.ffi_call(name, shapes, input_output_aliases=aliases)(*given, *kept, sizes=sizes.as_array())
-    state = dataclasses.replace(episode.state, **dict(zip(STATE, found, strict=False)))
+    fields: dict[str, Any] = dict(zip(STATE, found, strict=False))
+    state = dataclasses.replace(episode.state, **fields)
     learnt = found[len(STATE) : len(kept)]
     one = isinstance(episode.memory, Memory)
     memory = dataclasses.replace(episode.memory, **dict(zip(MEMORY, learnt, strict=True))) if one else learnt[0]

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import jax
-import jaxlib
+from jaxlib import version as jaxlib
 
 from slcs2_jax import runtime
 from slcs2_jax.native import build
