@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 import time
 from functools import partial
 from typing import Any
@@ -104,17 +105,14 @@ def advance(
 ) -> tuple[Seen, EnvState, jax.Array, jax.Array]:
     """Some steps of random actions: what is seen, the state, how many steps were made, a sum of all that was seen."""
 
-    def one(carry: Any, key: jax.Array) -> tuple[Any, tuple[jax.Array, jax.Array]]:
+    def one(carry: Any, key: jax.Array) -> tuple[Any, jax.Array]:
         seen, state = carry
         action = random_action(key, seen.action_mask)
-        seen, state, reward, terminated, truncated, _ = jax.vmap(env.step, (None, 0, 0, None))(
-            key, state, action, params
-        )
-        used = jnp.sum(seen.features) + jnp.sum(seen.clauses, dtype=jnp.float32) + jnp.sum(reward)
-        return (seen, state), (jnp.sum(~(terminated | truncated)), used)
+        seen, state, reward, *_ = jax.vmap(env.step, (None, 0, 0, None))(key, state, action, params)
+        return (seen, state), jnp.sum(seen.features) + jnp.sum(seen.clauses, dtype=jnp.float32) + jnp.sum(reward)
 
-    (seen, state), (running, used) = jax.lax.scan(one, (seen, state), jax.random.split(key, steps))
-    return seen, state, jnp.sum(running), jnp.sum(used)
+    (seen, after), used = jax.lax.scan(one, (seen, state), jax.random.split(key, steps))
+    return seen, after, jnp.sum(after.swarm.t - state.swarm.t), jnp.sum(used)
 
 
 def random_action(key: jax.Array, mask: jax.Array) -> jax.Array:
@@ -140,4 +138,4 @@ def _table(rows: list[dict[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

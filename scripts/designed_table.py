@@ -47,12 +47,12 @@ def main() -> None:
 
 def deploy(decisions: DecisionList, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
     """Every cell's episodes."""
-    from slcs2_jax.running.deployed import deploy_list
+    from slcs2_jax.running.driver import deploy_in_runs
 
     worlds = [World.preset(cell.environment, cell.range) for cell in CELLS]
     settings = [Settings(world=world, seed=seed, instances=instances) for world in worlds]
     with Progress(deployments, label=f"{name}: deployment") as report:
-        found = deploy_list(settings, decisions, deployments=deployments, report=report)
+        found = deploy_in_runs(settings, decisions, deployments=deployments, report=report)
     return {cell.name: own for cell, own in zip(CELLS, found, strict=True)}
 
 

@@ -18,7 +18,7 @@ TINY = ("world.time_limit=200", "swarm.agents=2", "rules.rules=5", "search.fresh
 
 
 class Driver(types.ModuleType):
-    """Stands in for evolution/driver.py: ends every run at once and keeps what it was called with."""
+    """Stands in for running/driver.py: ends every run at once and keeps what it was called with."""
 
     def __init__(self) -> None:
         super().__init__("slcs2_jax.running.driver")
@@ -29,7 +29,7 @@ class Driver(types.ModuleType):
         self.calls.append(list(settings))
         return [self._end(one) for one in settings]
 
-    def deploy_list(self, settings, behaviour, *, deployments, report=None):
+    def deploy_in_runs(self, settings, policy, *, deployments, report=None):
         """Fitness is as the setting and the deployment's number say."""
         self.deployed.append(list(settings))
         kind = types.SimpleNamespace
@@ -71,9 +71,6 @@ def driver(monkeypatch, tmp_path):
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
     monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
-    deployed = types.ModuleType("slcs2_jax.running.deployed")
-    deployed.deploy_list = stub.deploy_list  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.setattr(runtime, "describe_devices", lambda compute: "test")
     monkeypatch.chdir(tmp_path)

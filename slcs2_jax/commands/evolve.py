@@ -67,12 +67,14 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
     """Every job's settings with its run folder, all of them checked."""
     from slcs2_jax.config import settings_from
     from slcs2_jax.results import check_usable
+    from slcs2_jax.search.slcs2 import check_parts
 
     found: list[Settings] = []
     for job in jobs:
         settings = settings_from(job.config)
         settings = dataclasses.replace(settings, run_dir=_run_dir(settings, job, started))
         _check_grammar(settings)
+        check_parts(settings.search)
         check_usable(settings)
         found.append(settings)
     folders = [settings.run_dir for settings in found]
@@ -107,7 +109,6 @@ def _stamp(started: datetime) -> str:
 
 
 def _check_grammar(settings: Settings) -> None:
-    from slcs2_jax.grammar import load_grammar
+    from slcs2_jax.grammar.grammar import Grammar
 
-    rules = settings.rules
-    load_grammar(rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes)
+    Grammar.of(settings)

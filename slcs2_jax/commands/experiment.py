@@ -129,18 +129,19 @@ def _task(job: Job) -> Task:
 def _look_at(job: Job) -> None:
     """Check everything about a job that can be checked before anything is computed."""
     from slcs2_jax.commands.deployed import check_deployable
-    from slcs2_jax.grammar import load_grammar
+    from slcs2_jax.grammar.grammar import Grammar
     from slcs2_jax.results import check_usable
+    from slcs2_jax.search.slcs2 import check_parts
 
     if "calibration" in job.config:
         _ = _task(job).points
         return
     for one in _planned(job):
-        if one.controller is not None:
+        if one.policy is not None:
             check_deployable(one)
             continue
-        rules = one.settings.rules
-        load_grammar(rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes)
+        Grammar.of(one.settings)
+        check_parts(one.settings.search)
         check_usable(one.settings)
 
 
@@ -153,9 +154,7 @@ def _planned(job: Job) -> list[Planned]:
         raise refuse("setting", f"experiment.{unknown[0]}", "one of experiment." + ", experiment.".join(_NODE))
     experiment = Experiment.of(own["experiment"])
     runs = plan(str(own["run_dir"]), config, experiment, experiment.chosen(str(own["arm"])))
-    return [
-        one if one.controller is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs
-    ]
+    return [one if one.policy is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs]
 
 
 def _begun(settings: Settings) -> Settings:
@@ -176,8 +175,8 @@ def _run(planned: Sequence[Planned]) -> None:
     """Make all runs, in one batch where they can share one."""
     from slcs2_jax.commands.deployed import deploy
 
-    deploy([one for one in planned if one.controller is not None])
-    evolved = [one.settings for one in planned if one.controller is None]
+    deploy([one for one in planned if one.policy is not None])
+    evolved = [one.settings for one in planned if one.policy is None]
     if evolved:
         finish(evolved)
 

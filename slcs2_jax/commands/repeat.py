@@ -14,6 +14,7 @@ from slcs2_jax.config.door import present, reading
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.results.files import names_in, storing
 
 if TYPE_CHECKING:
@@ -59,8 +60,7 @@ def _check_repeatable(folder: Path, config: RunConfig) -> None:
     label = f"folder={show(str(folder))}"
     if not config.evolves:
         raise InputError(f"{label}: holds an evaluation; accepted is a run of evolution")
-    if config.record.get("search") != "Search":
-        raise InputError(f"{label}: was made by the search {config.record.get('search')}; accepted is a run of evolve")
+    KINDS["search"].get(config.settings.search.name)
     if read_summary(folder, config) is None:
         raise InputError(f"{label}: is not finished; accepted is a finished run (slcs2 resume {folder} finishes it)")
 
@@ -83,8 +83,8 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
 
     device = runtime.describe_devices(settings.compute)
     if changes := config.changes(device):
-        print(f"{changes}: the same bytes are not to be expected")
-    record = {"width": config.record["width"], "search": "Search"}
+        print(f"{terminal(changes)}: the same bytes are not to be expected")
+    record = {"width": config.record["width"]}
     RunFolder.open(settings, device=device, grammar_text=lambda: grammar, record=record).close()
     with Progress(settings.search.generations) as report:
         driver.evolve([settings], report=report, as_begun=True)
@@ -107,7 +107,8 @@ def _compare(one: Path, other: Path) -> int:
 
 def _files(folder: Path) -> dict[str, Path]:
     """The files of the results by name. Raises InputError if one of them is a link or the like."""
-    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SOLUTIONS, SUMMARY
+    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
+    from slcs2_jax.results.saved import SOLUTIONS
 
     names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY) if present(folder / name)]
     solutions = names_in(folder / SOLUTIONS, inside=folder)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
+from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
@@ -29,8 +30,9 @@ environment, range, seed, ...
 
   instance=0          of the run
   member=best         best, or the number of a member of the collection
-  policy=NAME         what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
-  beside=NAME         shown in the same world, below the first: designed, or the path of a text
+  policy=NAME         what acts in the place of the solution: designed, the path of a text (docs/designed.md), a
+                      policy's file .npz, or a name that plugins= brings
+  beside=NAME         shown in the same world, below the first: likewise
   deployment=0        which of the fresh deployments in this world
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
                       paths: the way of every agent
@@ -147,8 +149,7 @@ def _episodes(
     solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
-    from slcs2_jax.looking.solutions import replay, replay_list
-    from slcs2_jax.policy.decision_list import load_decision_list
+    from slcs2_jax.looking.solutions import replay
 
     steps = None if options["end"] == "auto" else int(options["end"])
     place = {"seed": seed, "deployment": options["deployment"], "steps": steps}
@@ -157,7 +158,8 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["policy"], options["beside"]):
         if name is not None:
-            found.append((terminal(Path(name).stem), partial(replay_list, load_decision_list(name), settings, **place)))
+            named = policy_named(name)
+            found.append((terminal(named.title), partial(replay, named.policy, settings, **place)))
     return found
 
 

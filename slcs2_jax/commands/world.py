@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.config.compose import Job
@@ -44,10 +45,11 @@ def run(arguments: list[str]) -> int:
 
 
 def _new_file(text: str) -> Path:
+    from slcs2_jax.config.door import present
     from slcs2_jax.config.world_text import SUFFIXES
 
     path = Path(text)
-    if path.suffix not in SUFFIXES or path.exists() or not path.parent.is_dir():
+    if path.suffix not in SUFFIXES or present(path) or not path.parent.is_dir():
         raise InputError(f"save={text}: accepted is a new file .yaml in a folder that exists")
     return path
 
@@ -63,7 +65,7 @@ def _show(job: Job, out: Path | None) -> None:
     print("\n".join(_lines(scenario)))
     if out is not None:
         write_text(out, scenario_text(scenario))
-        print(f"world {out}", flush=True)
+        print(f"world {terminal(str(out))}", flush=True)
 
 
 def _lines(scenario: Scenario) -> list[str]:

@@ -15,7 +15,7 @@ from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.radio import CALIBRATED
 from slcs2_jax.config.world_text import read_world
 
-MOST_BUILDINGS = 10_000  # of a world: the paper's have at most 100; of more, a step takes seconds
+MOST_BUILDINGS = 6_000  # of a world: the paper's have at most 100; of more, a step takes seconds
 
 # What environment= and range= of the command line set in a world.
 ENVIRONMENTS = choices("environment", ("open", "jammed", "urban", "urban_jammed"))

@@ -19,7 +19,7 @@ START_DISC_SHARE = 0.4
 
 @dataclass(frozen=True)
 class Search(Section):
-    """Evaluation and search for solutions (spec sections 7 and 8)."""
+    """Evaluation and search for solutions (docs/model.md)."""
 
     SECTION: ClassVar[str] = "search"
 
@@ -39,8 +39,23 @@ class Search(Section):
         status="paper",
         part="acceptance",
     )
+    parent: str = setting("fewest", "which of the solutions kept is varied next", status="paper", part="parent")
+    variation: str = setting(
+        "exchange", "how it is varied: exchange is the paper's offspring", status="paper", part="variation"
+    )
     exchange: bool = setting(
         True, "do offspring take rules from a donor; off is an ablation", name="exchange", status="paper"
+    )
+    homogeneous: bool = setting(
+        False,
+        "one rule-set for all agents; contribution is then their sum, and there is nobody to exchange with",
+        status="definition",
+    )
+    batch: int = setting(
+        1, "solutions made and evaluated side by side, one generation each", status="definition", low=1, high=10**4
+    )
+    episodes: int | None = setting(
+        None, "most deployments that a search may spend; null leaves it to generations", status="run", low=1, high=10**9
     )
     min_deployments: int = setting(1, "least deployments of a new solution", status="paper", low=1, high=1000)
     max_redeployments: int = setting(
@@ -88,6 +103,10 @@ class Search(Section):
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
     )
 
+    def cross_check(self) -> None:
+        if self.generations % self.batch:  # else a run that goes further would not be as one that went so far at once
+            raise refuse("generations", self.generations, f"a multiple of search.batch={self.batch}")
+
 
 @dataclass(frozen=True)
 class Compute(Section):
@@ -108,6 +127,12 @@ class Compute(Section):
         high=10**6,
     )
     cache: bool = setting(True, "keep compiled programs on disk for the next run", status="run")
+    native: str = setting(
+        "auto",
+        "compute by the native chunk, on CPUs: auto where it can, on or nothing, or off: XLA",
+        status="run",
+        options=("auto", "on", "off"),
+    )
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ DESIGNED = "designed"
 
 _TITLES = {
     PLAIN: "SLCS2",
+    "random": "random search",
     "ailta": "no novelty (AILTA)",
     "no_exchange": "no exchange",
     DESIGNED: "designed",
@@ -44,8 +45,11 @@ _TITLES = {
     "power": "grammar power",
     "both": "grammar both",
 }
-ALGORITHM = ("acceptance", "exchange", "grammar")  # the settings that tell arms apart
-WORLD = ("environment", "range")  # and those that tell worlds apart
+# The settings that tell arms apart, and those that tell worlds apart.
+ALGORITHM = (
+    "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
+)  # fmt: skip
+WORLD = ("environment", "range")
 _AT = " at "  # between an arm and the settings in which it differs from the rest of its study
 
 
@@ -59,17 +63,21 @@ def cell_named(name: str) -> Cell:
     return {place.name: place for place in PLACES}[name]
 
 
-def arm_of(settings: Settings, controller: str | None = None) -> str:
+def arm_of(settings: Settings, policy: str | None = None) -> str:
     """The arm's name: what is not as in the paper's algorithm, `slcs2` if nothing is; the name of its folder.
 
-    `controller` is a behaviour made by hand, by its name or path, in place of rules that evolve.
+    `policy` is a behaviour made by hand, by its name or path, in place of rules that evolve.
     """
-    if controller is not None:
-        return Path(controller).stem
-    parts = []
-    if settings.search.acceptance != "domination":
-        parts.append(settings.search.acceptance)
-    if not settings.search.exchange:
+    if policy is not None:
+        return Path(policy).stem
+    search = settings.search
+    parts = [] if search.name == PLAIN else [search.name]
+    parts += [part for part, usual in ((search.parent, "fewest"), (search.variation, "exchange")) if part != usual]
+    if search.homogeneous:
+        parts.append("homogeneous")
+    if search.acceptance != "domination":
+        parts.append(search.acceptance)
+    if not search.exchange:
         parts.append("no_exchange")
     if settings.rules.grammar != "main":
         parts.append(Path(settings.rules.grammar).stem)

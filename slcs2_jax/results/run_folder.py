@@ -52,7 +52,7 @@ GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
 )
 # Before config.yaml a folder holds no run: these may be left of one that was killed while it started.
 _STARTED = (CONFIG, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY)
-CHECKPOINT_FORMAT = "slcs2_jax checkpoint 1"
+CHECKPOINT_FORMAT = "slcs2_jax checkpoint 2"
 SUMMARY_VERSION = TIMING_VERSION = 1
 
 
@@ -262,15 +262,17 @@ def most_rows(settings: Settings) -> int:
 
 
 def checkpoint_limits(settings: Settings) -> Limits:
-    """What a checkpoint of a run can hold: the members of its collections, and the deployments that it waits for."""
+    """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
-    deployments = max(search.min_deployments, search.max_redeployments + 1, search.fresh_deployments)
-    member = 80 * size + 2**14
+    deployments = max(
+        search.batch * max(search.min_deployments, search.max_redeployments + 1), search.fresh_deployments
+    )
+    members, member = search.generations + search.batch + 3, 80 * size + 2**14
     deployment = 20 * size + 8 * settings.swarm.agents + 64
     return Limits(
         entries=64 + 64 * settings.instances,
-        size=2**20 + settings.instances * ((search.generations + 3) * member + deployments * deployment),
-        about=2**16 + 4096 * settings.instances,
+        size=2**20 + settings.instances * (2**20 + members * member + deployments * deployment),
+        about=2**16 + (2**16 + 64 * search.batch) * settings.instances,
         compressed=False,
     )
 

@@ -29,10 +29,9 @@ def search_bytes(settings: Settings) -> int:
     return settings.instances * (_BLOCK + size * members + 40 * _walls(settings))
 
 
-def measurement_bytes(settings: Settings, deployments: int) -> int:
-    """Of so many deployments in each instance, on the host."""
-    size = 16 * settings.swarm.agents * settings.rules.rules
-    return settings.instances * (size * deployments + 40 * _walls(settings))
+def measurement_bytes(settings: Settings, tasks: int, deployments: int) -> int:
+    """Of so many tasks that make so many deployments in all, on the host."""
+    return 16 * settings.swarm.agents * settings.rules.rules * deployments + 40 * _walls(settings) * tasks
 
 
 def check_memory(settings: Settings, host_bytes: int, slots: int, devices: Sequence[Any]) -> None:
@@ -109,6 +108,6 @@ def available_device(devices: Sequence[Any]) -> int | None:
 
 
 def _walls(settings: Settings) -> int:
-    """The most that a scenario can have: six to a building (spec section 2)."""
+    """The most that a scenario can have: six to a building (docs/model.md)."""
     world = settings.world
     return int(6 * world.distance / world.building_spacing) if world.buildings else 0

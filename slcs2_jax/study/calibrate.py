@@ -126,9 +126,8 @@ def _missing(notebook: Notebook, tasks: Sequence[Task]) -> list[tuple[Point, lis
 def _estimates(runs: Sequence[Settings], deployments: int) -> list[Estimate]:
     from slcs2_jax.policy.decision_list import load_decision_list
     from slcs2_jax.running import driver
-    from slcs2_jax.running.deployed import deploy_list
 
-    designed = deploy_list(runs, load_decision_list(BEHAVIOUR), deployments=deployments)
+    designed = driver.deploy_in_runs(runs, load_decision_list(BEHAVIOUR), deployments=deployments)
     short = [
         dataclasses.replace(one, run_dir=None, search=dataclasses.replace(one.search, fresh_deployments=1))
         for one in runs  # nobody looks at the winner's fresh deployments

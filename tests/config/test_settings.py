@@ -70,8 +70,8 @@ def test_defaults_are_the_specifications():
         (lambda: Settings(run_dir=PurePosixPath("x")), "run_dir=PurePosixPath('x'): accepted is a text or null"),
         (
             lambda: dataclasses.replace(World.preset("urban"), distance=1e6, building_spacing=0.01),
-            "world.building_spacing=0.01: accepted is a number from 100 with world.distance=1e+06, "
-            "for at most 10,000 buildings",
+            "world.building_spacing=0.01: accepted is a number from 166.667 with world.distance=1e+06, "
+            "for at most 6,000 buildings",
         ),
         (
             lambda: World(environment="forest"),

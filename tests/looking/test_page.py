@@ -44,7 +44,7 @@ def unpacked(data: bytes) -> dict:
     return found
 
 
-@pytest.fixture(params=["episode", "jammed_episode"])
+@pytest.fixture(params=["episode", "jammed_episode", "troubled_episode"])
 def recorded(request):
     return request.getfixturevalue(request.param)
 
@@ -63,6 +63,16 @@ def test_a_replay_holds_the_episode(recorded, frames, monkeypatch):
         places = np.cumsum(found[name].reshape(n, count), axis=1, dtype=np.int16) * found["unit"]
         np.testing.assert_allclose(places, getattr(one, name)[moments].T, atol=found["unit"] / 2 + 1e-4)
     np.testing.assert_array_equal(found["holding"].reshape(n, count), one.holding[moments].T)
+    np.testing.assert_array_equal(found["down"].reshape(n, count), one.down[moments].T)
+    jammers = len(one.scenario.jammers)
+    assert found["reach"] == [round(one.reach(jammer), 2) for jammer in range(jammers)]
+    for name in ("jammer_x", "jammer_y"):
+        places = np.cumsum(found[name].reshape(jammers, count), axis=1, dtype=np.int16) * found["unit"]
+        np.testing.assert_allclose(places, getattr(one, name)[moments].T, atol=found["unit"] / 2 + 1e-4)
+    numbers = np.array([*one.vocabulary.channels, -1])
+    np.testing.assert_array_equal(
+        found["jammed"].reshape(jammers, count)[:, 1:], numbers[one.jammed[moments[1:] - 1].T]
+    )
     np.testing.assert_array_equal(found["delivered"], one.delivered[moments])
     np.testing.assert_array_equal(found["rule"].reshape(n, count)[:, 1:], one.rule[moments[1:] - 1].T)
     np.testing.assert_array_equal(found["action"].reshape(n, count)[:, 1:], one.action[moments[1:] - 1].T)

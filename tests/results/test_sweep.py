@@ -53,7 +53,7 @@ def test_links_to_folders_are_passed_over_and_told(tmp_path):
 
 
 def test_a_sweep_of_more_runs_than_can_be_read_back_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("slcs2_jax.results.sweep.MOST_RUNS", 1)
+    monkeypatch.setattr("slcs2_jax.results.sweep._LARGEST", 5000)
     runs = [dataclasses.replace(SETTINGS, run_dir=str(tmp_path / name)) for name in "ab"]
-    with pytest.raises(InputError, match="2 runs; accepted are at most 1"):
+    with pytest.raises(InputError, match="2 runs would take over 5,000 bytes; accepted are fewer"):
         write_sweep(tmp_path, runs)

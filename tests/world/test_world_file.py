@@ -75,7 +75,7 @@ def test_everything_is_moved_with_the_source():
 
 SINK = "sink: [300, 0]\n"
 CASES = {
-    "sink: [300": "is no YAML",
+    "sink: [300": "no YAML, or cut short",
     "[1, 2]": "the file is",
     "walls: []": "the file has no sink",
     "sink: [300, 0, 0]": "sink=.*a place",
@@ -83,7 +83,7 @@ CASES = {
     "sink: [.nan, 0]": "sink=nan",
     "sink: [.inf, 0]": "sink=inf",
     "sink: [1.0e+300, 0]": "sink=1e\\+300",
-    f"sink: [{10**400}, 0]": "sink=1000",
+    f"sink: [{10**400}, 0]": "a number of 401 letters",
     "sink: [true, 0]": "sink=true",
     "sink: ['300', 0]": "sink=300",
     SINK + "colour: red": "the file has colour; accepted are sink, source",
@@ -109,9 +109,9 @@ CASES = {
     SINK + "starts: [[1, 2]]": r"scenario.start=float32 \[1, 2\]",
     SINK + "starts: [[1, 2], [1, 2], [3, 4]]": "scenario.start=.*a place of its own",
     SINK + "sink_estimate: [1]": "sink_estimate=",
-    "a: &a [1]\nb: *a\n" + SINK: "aliases",
-    "sink: [[[[[[[[300]]]]]]]]": "deeper than",
-    "!!python/object/apply:os.getcwd []": "is no YAML",
+    "a: &a [1]\nb: *a\n" + SINK: "an anchor or an alias",
+    f"sink: {'[' * 30}{']' * 30}": "nested deeper",
+    "!!python/object/apply:os.getcwd []": "no YAML, or cut short",
 }
 
 
