@@ -10,9 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import slcs2_jax as slcs2
-from slcs2_jax.looking.recording import record
 
-HIDDEN, DRAWS = 16, 4
+HIDDEN, DRAWS, WORLDS = 16, 4, 3
 
 settings = slcs2.Settings(
     world=slcs2.World(distance=190.0, time_limit=1000),
@@ -39,16 +38,14 @@ def draw(rng):
 
 
 def main():
-    """Deploy a few draws in the same world, and print what the best one's agents did most."""
+    """Deploy a few draws in the same worlds, and print what the best one's agents did most."""
     policy = slcs2.Network.over(grammar, network, sample=True)  # actions are drawn by the logits, effective ones alone
-    scenario, key = slcs2.make_scenario(settings, 0), (np.uint32(0), np.uint32(1))
     rng = np.random.default_rng(0)
-    found = [record(settings, scenario, slcs2.bind(policy, draw(rng)), key) for _ in range(DRAWS)]
-    for number, episode in enumerate(found):
-        print(
-            f"network {number}: fitness {episode.fitness:.3f}, {episode.delivered[-1]} packets in {episode.steps} steps"
-        )
-    best = max(found, key=lambda episode: episode.fitness)
+    policies = [slcs2.bind(policy, draw(rng)) for _ in range(DRAWS)]
+    found = slcs2.Evaluator(settings)(policies, range(WORLDS))  # all of them in every world, in one batch
+    for number, fitness in enumerate(found.mean):
+        print(f"network {number}: fitness {fitness:.3f}, {found.delivered[number].mean():.1f} packets at the sink")
+    best = slcs2.replay(policies[int(np.argmax(found.mean))], settings, seed=0)
     actions, times = np.unique(best.action[best.action < len(best.vocabulary.actions)], return_counts=True)
     for place in np.argsort(-times)[:5]:
         print(f"{times[place] / best.action.size:6.1%}  {best.vocabulary.action_text(actions[place])}")

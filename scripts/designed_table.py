@@ -18,10 +18,10 @@ from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings, World
 from slcs2_jax.policy.decision_list import DecisionList, load_decision_list
 from slcs2_jax.results import Progress
+from slcs2_jax.results.arm import CELLS
 from slcs2_jax.results.files import write_text
 from slcs2_jax.results.run_config import versions
 from slcs2_jax.search.evaluation import Deployment
-from slcs2_jax.study.arm import CELLS
 from slcs2_jax.study.paper import tuning
 
 DESIGN = {"seed": 900_001, "instances": 3, "deployments": 10}  # on which it was tuned; no experiment uses them

@@ -18,7 +18,7 @@ from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.looking.recording import Recording, record
 from slcs2_jax.policy.bound import bind_list, bind_rules
 from slcs2_jax.policy.decision_list import load_decision_list
-from slcs2_jax.search.evaluation import fresh_deployment_key
+from slcs2_jax.search.keys import fresh_deployment_key
 from slcs2_jax.swarm.state import SwarmParameters
 from slcs2_jax.world.radio import RadioParameters
 from slcs2_jax.world.scenario import Scenario, make_scenario

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
+from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
-    from slcs2_jax.results import EvaluationSummary, Report, SavedSolution
+    from slcs2_jax.results import EvaluationSummary, SavedSolution
+    from slcs2_jax.running.deployable import Deployable
 
 TAKES_SETTINGS = True
 HELP = """\
@@ -19,7 +20,8 @@ slcs2 evaluate solution=PATH [setting=value ...]: deploy a saved solution in fre
 slcs2 evaluate policy=NAME [setting=value ...]: deploy another policy, the same in every agent
 
   solution=PATH     RUN/solutions/instance_000_best.npz
-  policy=NAME       designed, or the path of a text: one rule a line, the first that holds acts (docs/designed.md)
+  policy=NAME       designed; the path of a text: one rule a line, the first that holds acts (docs/designed.md); a
+                    policy's file .npz; or a name that plugins= brings
   deployments=1     episodes in each scenario; whole number >= 1
   instances=30      scenarios; scenario i has seed + i
 What is not given is as it was when the solution evolved; agents, rules and grammar are the solution's own. With a
@@ -65,14 +67,16 @@ def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     config, own = take(job.config, *_OWN)
     deployments = _whole_number("deployments", own["deployments"])
     settings = deployment_settings(config, None if solution is None else solution.settings)
-    what = _policy(own["policy"], settings) if solution is None else _solution(own["solution"], solution, settings)
+    policy, of_policy = _policy(own, solution)
     if settings.run_dir is not None:
         check_free(settings.run_dir)
     runtime.configure(settings.compute)
     with Progress(deployments, label="deployment") as report:
-        summary = what.evaluate(deployments, report)
+        from slcs2_jax.running import driver
+
+        summary = driver.evaluate(settings, policy, deployments=deployments, report=report)
     if settings.run_dir is not None:  # made only now: an interrupted evaluation leaves nothing behind
-        record = {**what.record, "deployments": deployments}
+        record = {**of_policy, "deployments": deployments}
         folder = RunFolder.create(settings, device=runtime.describe_devices(settings.compute), record=record)
         folder.write_timing(summary.timing())
         folder.write_summary(summary.to_json())
@@ -80,35 +84,15 @@ def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     return -summary.mean
 
 
-class _What(NamedTuple):
-    """What is evaluated: what the run folder records of it, and how it is done."""
-
-    record: dict[str, Any]
-    evaluate: Callable[[int, Report], EvaluationSummary]
-
-
-def _solution(path: Any, solution: SavedSolution, settings: Settings) -> _What:
-    def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.running import driver
-
-        return driver.evaluate(settings, solution, deployments=deployments, report=report)
-
-    return _What({"solution": str(path)}, evaluate)
-
-
-def _policy(name: Any, settings: Settings) -> _What:
+def _policy(own: dict[str, Any], solution: SavedSolution | None) -> tuple[Deployable, dict[str, Any]]:
+    """What is evaluated, and what the run folder records of it."""
+    if solution is not None:
+        return solution, {"solution": str(own["solution"])}
     from slcs2_jax.commands.deployed import BEHAVIOUR
-    from slcs2_jax.policy.decision_list import load_decision_list
-    from slcs2_jax.study.collect import CONTROLLER
+    from slcs2_jax.study.collect import POLICY
 
-    behaviour = load_decision_list(str(name))
-
-    def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.running import driver
-
-        return driver.evaluate(settings, behaviour, deployments=deployments, report=report)
-
-    return _What({CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
+    named = policy_named(str(own["policy"]))
+    return named.policy, {POLICY: str(own["policy"]), BEHAVIOUR: named.content}
 
 
 def _whole_number(name: str, value: Any) -> int:

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from slcs2_jax.commands.advance import finish
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
     from slcs2_jax.config.store import Primary
+    from slcs2_jax.study.calibrate import Task
     from slcs2_jax.study.experiment import Planned
 
 TAKES_SETTINGS = True
@@ -64,9 +66,9 @@ def run(arguments: list[str]) -> int:
     def together(jobs: list[Job]) -> list[float]:
         look(jobs)
         if name == "calibration":
-            from slcs2_jax.commands.calibration import calibrate
+            from slcs2_jax.study.calibrate import calibrate
 
-            calibrate([split(job) for job in jobs])
+            calibrate([_task(job) for job in jobs])
         else:
             _run([one for job in jobs for one in _planned(job)])
         return [0.0] * len(jobs)
@@ -117,6 +119,13 @@ def split(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
     return {key: value for key, value in job.config.items() if key not in own}, own
 
 
+def _task(job: Job) -> Task:
+    from slcs2_jax.study.calibrate import Task
+
+    config, own = split(job)
+    return Task(config, own["calibration"], str(own["run_dir"]))
+
+
 def _look_at(job: Job) -> None:
     """Check everything about a job that can be checked before anything is computed."""
     from slcs2_jax.commands.deployed import check_deployable
@@ -124,14 +133,11 @@ def _look_at(job: Job) -> None:
     from slcs2_jax.results import check_usable
     from slcs2_jax.search.slcs2 import check_parts
 
-    config, own = split(job)
-    if "calibration" in own:
-        from slcs2_jax.commands.calibration import tried
-
-        tried(config, own["calibration"])
+    if "calibration" in job.config:
+        _ = _task(job).points
         return
     for one in _planned(job):
-        if one.controller is not None:
+        if one.policy is not None:
             check_deployable(one)
             continue
         Grammar.of(one.settings)
@@ -148,9 +154,7 @@ def _planned(job: Job) -> list[Planned]:
         raise refuse("setting", f"experiment.{unknown[0]}", "one of experiment." + ", experiment.".join(_NODE))
     experiment = Experiment.of(own["experiment"])
     runs = plan(str(own["run_dir"]), config, experiment, experiment.chosen(str(own["arm"])))
-    return [
-        one if one.controller is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs
-    ]
+    return [one if one.policy is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs]
 
 
 def _begun(settings: Settings) -> Settings:
@@ -171,20 +175,25 @@ def _run(planned: Sequence[Planned]) -> None:
     """Make all runs, in one batch where they can share one."""
     from slcs2_jax.commands.deployed import deploy
 
-    deploy([one for one in planned if one.controller is not None])
-    evolved = [one.settings for one in planned if one.controller is None]
+    deploy([one for one in planned if one.policy is not None])
+    evolved = [one.settings for one in planned if one.policy is None]
     if evolved:
         finish(evolved)
 
 
 def _conclude(name: str, jobs: Sequence[Job]) -> None:
     """What the folder holds now, all of it: other experiments' runs too."""
-    root = str(jobs[0].config["run_dir"])
-    if name == "calibration":
-        from slcs2_jax.commands.calibration import conclude
-
-        conclude(root, [split(job) for job in jobs])
-    else:
+    if name != "calibration":
         from slcs2_jax.commands.report import report_on
 
-        report_on(root)
+        report_on(str(jobs[0].config["run_dir"]))
+        return
+    from slcs2_jax.study.calibrate import conclude
+
+    found = conclude([_task(job) for job in jobs])
+    if not found.drawn:
+        print("no figure: it needs matplotlib, the extra plot")
+    for fit in found.fits[:5]:
+        misfit = "unknown" if fit.misfit is None else f"{fit.misfit:.3f}"
+        print(f"misfit {misfit}  {fit.point.kind:7}  {fit.point.name}")
+    print(f"table {terminal(str(found.table))}", flush=True)

@@ -1,4 +1,4 @@
-"""slcs2 replay: an episode as an animation, or a span of it as a picture."""
+"""slcs2 replay: an episode as an animation, a span of it as a picture, or all of it as a table."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
+from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
@@ -29,8 +30,9 @@ environment, range, seed, ...
 
   instance=0          of the run
   member=best         best, or the number of a member of the collection
-  policy=NAME         what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
-  beside=NAME         shown in the same world, below the first: designed, or the path of a text
+  policy=NAME         what acts in the place of the solution: designed, the path of a text (docs/designed.md), a
+                      policy's file .npz, or a name that plugins= brings
+  beside=NAME         shown in the same world, below the first: likewise
   deployment=0        which of the fresh deployments in this world
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
                       paths: the way of every agent
@@ -39,7 +41,8 @@ environment, range, seed, ...
   every=auto          time-steps from frame to frame; auto: so that there are about 300 frames
   fps=20              frames per second
   out=FILE            a new file: .gif or .mp4 of an animation; .png, .svg or .pdf of the others. Without it,
-                      replay.gif, layout.png or paths.png
+                      replay.gif, layout.png or paths.png. With .csv or .parquet, a table instead of a picture: who was
+                      where at each time-step, sent a packet to whom, with what fate, by which rule
 """
 _DEFAULTS: dict[str, Any] = {
     "instance": 0,
@@ -56,6 +59,7 @@ _DEFAULTS: dict[str, Any] = {
     "out": None,
 }
 OPTIONS = tuple(_DEFAULTS)
+_TABLES = (".csv", ".parquet")
 _FRAMES = 300
 _MOST_FRAMES = 5000
 _MOST_FPS = 100
@@ -88,7 +92,15 @@ def run(arguments: list[str]) -> int:
 
 
 def _output(said: str | None, picture: str) -> Path:
-    """Where the picture goes; refuses a format that cannot be written before anything is computed."""
+    """Where the picture or table goes; refuses a format that cannot be written before anything is computed."""
+    if said is not None and Path(said).suffix in _TABLES:
+        table = new_file(said)
+        assert table is not None
+        if table.suffix == ".parquet":
+            from slcs2_jax.looking.trace import parquet_writer
+
+            parquet_writer()
+        return table
     try:
         from slcs2_jax.looking import animation, drawing
     except ImportError as error:
@@ -99,7 +111,8 @@ def _output(said: str | None, picture: str) -> Path:
     assert path is not None
     suffixes = animation.SUFFIXES if picture == "animation" else drawing.SUFFIXES
     if path.suffix not in suffixes:
-        raise refuse("out", str(path), f"a file whose name ends in {' or '.join(suffixes)} for picture={picture}")
+        ends = " or ".join((*suffixes, *_TABLES))
+        raise refuse("out", str(path), f"a file whose name ends in {ends} for picture={picture}")
     if path.suffix == ".mp4":
         animation.find_encoder()
     return path
@@ -137,7 +150,6 @@ def _episodes(
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
     from slcs2_jax.looking.solutions import replay
-    from slcs2_jax.policy.decision_list import load_decision_list
 
     steps = None if options["end"] == "auto" else int(options["end"])
     place = {"seed": seed, "deployment": options["deployment"], "steps": steps}
@@ -146,7 +158,8 @@ def _episodes(
         found.append(("evolved", partial(replay, solution, settings, **place)))
     for name in (options["policy"], options["beside"]):
         if name is not None:
-            found.append((terminal(Path(name).stem), partial(replay, load_decision_list(name), settings, **place)))
+            named = policy_named(name)
+            found.append((terminal(named.title), partial(replay, named.policy, settings, **place)))
     return found
 
 
@@ -163,6 +176,12 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
     start = options["start"]
     if not start < end <= steps:
         raise InputError(f"start={start} end={end}: accepted are 0 <= start < end <= {steps}, the steps of the episode")
+    if out.suffix in _TABLES:
+        from slcs2_jax.looking.trace import write_trace
+
+        rows = write_trace(out, recordings, titles, start=start, end=end)
+        print(f"table {terminal(str(out))}: {rows} rows", flush=True)
+        return
     field = None if options["field"] == "none" else options["field"]
     if options["picture"] != "animation":
         from slcs2_jax.looking.drawing import own_style, write_figure

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from slcs2_jax.config.errors import refuse, show
-from slcs2_jax.config.registry import KINDS
+from slcs2_jax.config.registry import KINDS, may_be_named
 
 __all__ = [
     "STATUS_MEANING",
@@ -168,7 +168,7 @@ def _checked(field: Described, value: object) -> Any:
     """One value in the field's type; raises TypeError, ValueError or OverflowError."""
     converted = _convert(field.kind, value)
     doc = field.doc
-    if doc.names and converted not in doc.names:
+    if not may_be_named(doc.part, converted) if doc.part else doc.names and converted not in doc.names:
         raise ValueError
     if field.kind in (int, float):
         too_low = doc.low is not None and converted < doc.low

@@ -7,7 +7,9 @@ import importlib
 import importlib.util
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -195,6 +197,24 @@ KINDS: dict[str, Registry] = {
         ),
     )
 }
+
+
+_any_name: ContextVar[bool] = ContextVar("any_name", default=False)
+
+
+@contextmanager
+def any_name() -> Iterator[None]:
+    """Within it settings may name parts that are not registered: those of a run that is only read. Using one fails."""
+    before = _any_name.set(True)
+    try:
+        yield
+    finally:
+        _any_name.reset(before)
+
+
+def may_be_named(kind: str, name: str) -> bool:
+    """May a setting name this part of a kind?"""
+    return name in KINDS[kind].names() or _any_name.get()
 
 
 def register(kind: str, name: str) -> Callable[[Part], Part]:

@@ -9,7 +9,7 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -34,6 +34,9 @@ from slcs2_jax.swarm.state import State
 from slcs2_jax.swarm.task import Score, task_of
 from slcs2_jax.world.arena import stack, wall_capacity
 from slcs2_jax.world.scenario import Scenario, check_scenario
+
+if TYPE_CHECKING:
+    import xarray
 
 CHUNK = 100  # sharing periods that are computed at a time
 NOBODY = -1
@@ -159,6 +162,12 @@ class Recording:
         """Who heard whom in a step: bool [n + 2 node, n agent]."""
         node = np.arange(self.agents + 2)
         return (self.heard[step, node // WORD] >> (node % WORD).astype(np.uint32)[:, None] & np.uint32(1)).astype(bool)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """As an xarray Dataset, every variable with its unit and meaning; `dataset.to_dataset`."""
+        from slcs2_jax.looking.dataset import to_dataset
+
+        return to_dataset(self)
 
     def transmissions(self, step: int) -> list[Transmission]:
         """All attempts of a step to hand over a packet, the source's last."""

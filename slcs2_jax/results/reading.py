@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import path_of, whole
@@ -25,6 +26,10 @@ from slcs2_jax.results.run_folder import (
 )
 from slcs2_jax.results.saved import SOLUTIONS, SavedSolution, load_solution
 from slcs2_jax.results.summary import RunSummary
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,26 @@ class FinishedRun:
         names = names_in(self.path / SOLUTIONS, inside=self.path)
         found = [name for name in names if name.startswith(prefix) and name.endswith(".npz")]
         return [load_solution(self.path / SOLUTIONS / name) for name in found]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each generation of each instance, with the columns of generations.jsonl.
+
+        Raises InputError if pandas is not installed.
+        """
+        return _module("pandas").DataFrame(list(self.rows))
+
+    def to_polars(self) -> polars.DataFrame:
+        """As `to_pandas`. Raises InputError if polars is not installed."""
+        return _module("polars").DataFrame(list(self.rows), infer_schema_length=None, strict=False)
+
+
+def _module(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(
+            f"to_{name}: {name} is not installed; accepted is an installation with slcs2_jax[data]"
+        ) from None
 
 
 def read_run(path: str | Path) -> FinishedRun:

@@ -15,6 +15,7 @@ from slcs2_jax import __version__
 from slcs2_jax.config import InputError, Settings, invocation, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import present, read_file, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.config.yaml_text import MOST_BYTES, parse_yaml
 from slcs2_jax.results.documents import check_format, check_sum, checksum
@@ -128,7 +129,8 @@ def _from_content(content: Any, file: Path) -> RunConfig:
     check_sum(content, said)
     del content["record"]
     plugins.check_same(record, str(file))
-    return RunConfig(settings_from(content), record)
+    with any_name():
+        return RunConfig(settings_from(content), record)
 
 
 def check_same(wanted: Settings, found: Settings, folder: Path) -> None:

@@ -18,6 +18,7 @@ from slcs2_jax.config import InputError, Settings, plugins, settings_from, setti
 from slcs2_jax.config.arguments import path_of
 from slcs2_jax.config.door import present, telling_damage
 from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.grammar import RuleSets, parse_rule_text, rule_from_mask
 from slcs2_jax.grammar.vocabulary import Vocabulary
 from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
@@ -221,7 +222,8 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
             raise InputError(f"{name}={show(repr(about[name]))} has the wrong type")
     plugins.check_same(with_plugins, "plugins")
-    settings = settings_from(about.pop("settings"))
+    with any_name():
+        settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}

@@ -12,6 +12,7 @@ from typing import Any
 from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import check_below, folders_below, name_inside, present, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
 from slcs2_jax.results.progress import counted
@@ -92,7 +93,7 @@ def _plain(settings: Settings) -> dict[str, Any]:
 
 def _settings(plain: Any, file: Path) -> Settings:
     try:
-        with telling_damage():
+        with telling_damage(), any_name():
             return settings_from(plain)
     except plugins.PluginError as error:
         raise plugins.PluginError(f"{file}: {error}") from None

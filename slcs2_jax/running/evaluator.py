@@ -15,6 +15,7 @@ from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse
 from slcs2_jax.results import Report
+from slcs2_jax.results.progress import counted
 from slcs2_jax.running.batches import Rollouts, make_batches, slots_per_device
 from slcs2_jax.running.deployable import Deployable, bound, program, rules_of
 from slcs2_jax.running.memory import check_memory, measurement_bytes
@@ -128,7 +129,9 @@ class Evaluator:
         given = range(settings.seed, settings.seed + settings.instances) if scenarios is None else scenarios
         if not isinstance(given, Sequence) or not given:
             raise refuse("scenarios", type(given).__name__, "a sequence of at least one scenario or seed")
-        found = [one if isinstance(one, Scenario) else make_scenario(settings, one) for one in given]
+        found = [
+            one if isinstance(one, Scenario) else make_scenario(settings, one) for one in counted(given, "worlds made:")
+        ]
         for scenario in found:
             check_scenario(scenario, settings)
         return found

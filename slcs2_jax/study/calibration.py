@@ -16,8 +16,8 @@ from slcs2_jax.config.door import present
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS
 from slcs2_jax.config.schema import accepted_paths, settings_fields, unknown_setting
+from slcs2_jax.results.arm import CELLS, OVERALL, PLAIN, Cell
 from slcs2_jax.results.rows import append_rows, drop_torn_end, read_rows
-from slcs2_jax.study.arm import CELLS, OVERALL, PLAIN, Cell
 from slcs2_jax.study.paper import printed_mean, tuning_means
 from slcs2_jax.study.table import Table
 

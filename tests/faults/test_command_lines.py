@@ -72,7 +72,7 @@ def computed(monkeypatch, tmp_path):
         "slcs2_jax.commands.experiment._run", lambda planned: found.extend(one.settings for one in planned)
     )
     monkeypatch.setattr("slcs2_jax.commands.experiment._conclude", lambda name, jobs: None)
-    monkeypatch.setattr("slcs2_jax.commands.calibration.calibrate", lambda cells: None)
+    monkeypatch.setattr("slcs2_jax.study.calibrate.calibrate", lambda cells: None)
     monkeypatch.setattr("slcs2_jax.commands.evaluate._evaluate_job", lambda job, solution: 0.0)
     monkeypatch.setattr("slcs2_jax.commands.replay._show", lambda *_: None)
     monkeypatch.setattr("slcs2_jax.results.sweep.write_sweep", lambda *_: None)

@@ -146,8 +146,11 @@ def test_a_missing_encoder_is_named_before_anything_is_computed(finished, monkey
         (["RUN", "fps=101"], "fps=101: accepted is a whole number from 1 to 100"),
         (["RUN", "deployment=1000001"], "deployment=1000001: accepted is"),
         (["RUN", "out=EXISTS"], "exists; accepted is a new file"),
-        (["RUN", "out=a.avi"], "out=a.avi: accepted is a file whose name ends in .gif or .mp4"),
-        (["RUN", "out=a.gif", "picture=paths"], "whose name ends in .png or .svg or .pdf for picture=paths"),
+        (["RUN", "out=a.avi"], "out=a.avi: accepted is a file whose name ends in .gif or .mp4 or .csv"),
+        (
+            ["RUN", "out=a.gif", "picture=paths"],
+            ".png or .svg or .pdf or .csv or .parquet for picture=paths",
+        ),
         (["RUN", "out=nowhere/a.gif"], "there is no folder nowhere"),
         (["RUN", "colour=red"], "colour"),
         (["RUN", "swarm.agents=9"], "swarm.agents=9: accepted is 3"),

@@ -315,16 +315,16 @@ class Wrong(Slcs2):
     ],
 )
 def test_a_search_that_gives_something_else_is_named(make, site, give, says):
-    play = Play(make, site, name="mine")
-    with pytest.raises(InputError, match=rf"search=mine.*{says}"):
+    play = Play(make, site, name="random")
+    with pytest.raises(InputError, match=rf"search=random.*{says}"):
         play.instance(lambda problem: Wrong(problem, give))
 
 
 def test_sizes_and_verdicts_are_looked_at(make, site):
-    play = Play(make, site, name="mine")
-    with pytest.raises(InputError, match=r"search=mine: .* has \[2, 8\] agents and rules; accepted are \[3, 8\]"):
+    play = Play(make, site, name="random")
+    with pytest.raises(InputError, match=r"search=random: .* has \[2, 8\] agents and rules; accepted are \[3, 8\]"):
         play.instance(lambda problem: Wrong(problem, lambda asked: [make.solution(agents=2, rules=RULES)]))
     instance = play.instance(lambda problem: Wrong(problem, list, verdicts=[]))
     [name] = instance.wanted(0)
-    with pytest.raises(InputError, match=r"search=mine: tell\(\) returned 0 verdicts for 1 solutions"):
+    with pytest.raises(InputError, match=r"search=random: tell\(\) returned 0 verdicts for 1 solutions"):
         instance.take(name, done(instance.job(name)))

@@ -72,6 +72,6 @@ def test_the_rules_kept_are_those_of_lowest_pooled_error(make):
 
 
 def test_a_search_that_gives_agents_different_rules_is_refused(make):
-    problem = make.problem(agents=2, rules=4, homogeneous=True, name="mine")
-    with pytest.raises(InputError, match=r"search=mine: the solution of generation 0 has different rule-sets"):
+    problem = make.problem(agents=2, rules=4, homogeneous=True, name="random")
+    with pytest.raises(InputError, match=r"search=random: the solution of generation 0 has different rule-sets"):
         problem.check(make.solution(agents=2, rules=4), 0)

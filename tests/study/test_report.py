@@ -34,6 +34,7 @@ def test_what_is_written_and_that_it_is_the_same_again(runs, tmp_path):
         "contributions_best_comparisons.csv",
         "contributions_curves.png",
         "contributions_curves.svg",
+        "contributions_failures.csv",
         "contributions_fitness.csv",
         "contributions_fresh_comparisons.csv",
         "report.md",

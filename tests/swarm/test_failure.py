@@ -144,6 +144,7 @@ def test_who_is_down_does_nothing_and_reaches_nobody():
     assert accepted.any()
 
 
+@pytest.mark.slow
 def test_until_somebody_fails_the_world_is_the_same():
     plain, failing = settings(), settings(failures_at=(5,), failure_share=0.5)
     _, (one, *_) = play(arena_of(plain), keys(1), Physics.of(plain), 6)

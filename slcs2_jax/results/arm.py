@@ -45,8 +45,12 @@ _TITLES = {
     "power": "grammar power",
     "both": "grammar both",
 }
-# The settings in which arms may differ. Runs that are compared agree in all others.
-COMPARED = ("acceptance", "exchange", "grammar")
+# The settings that tell arms apart, and those that tell worlds apart.
+ALGORITHM = (
+    "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
+)  # fmt: skip
+WORLD = ("environment", "range")
+_AT = " at "  # between an arm and the settings in which it differs from the rest of its study
 
 
 def cell_of(settings: Settings) -> Cell:
@@ -59,13 +63,13 @@ def cell_named(name: str) -> Cell:
     return {place.name: place for place in PLACES}[name]
 
 
-def arm_of(settings: Settings, controller: str | None = None) -> str:
+def arm_of(settings: Settings, policy: str | None = None) -> str:
     """The arm's name: what is not as in the paper's algorithm, `slcs2` if nothing is; the name of its folder.
 
-    `controller` is a behaviour made by hand, by its name or path, in place of rules that evolve.
+    `policy` is a behaviour made by hand, by its name or path, in place of rules that evolve.
     """
-    if controller is not None:
-        return Path(controller).stem
+    if policy is not None:
+        return Path(policy).stem
     search = settings.search
     parts = [] if search.name == PLAIN else [search.name]
     parts += [part for part, usual in ((search.parent, "fewest"), (search.variation, "exchange")) if part != usual]
@@ -80,12 +84,23 @@ def arm_of(settings: Settings, controller: str | None = None) -> str:
     return "_".join(parts) or PLAIN
 
 
+def arm_at(arm: str, changes: str) -> str:
+    """The name of an arm with other settings than the rest of its study: `slcs2 at swarm.speed=4`."""
+    return f"{arm}{_AT}{changes}" if changes else arm
+
+
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
-    return _TITLES.get(name, terminal(name.replace("_", " ")))
+    arm, at, changes = name.partition(_AT)
+    return _TITLES.get(arm, terminal(arm.replace("_", " "))) + at + changes
 
 
 def ordered(names: Iterable[str]) -> list[str]:
-    """The paper's algorithm first, then the order of the paper, then by name."""
+    """The paper's algorithm first, then the order of the paper, then by name; each followed by itself elsewhere."""
     known = list(_TITLES)
-    return sorted(set(names), key=lambda name: (known.index(name) if name in known else len(known), name))
+
+    def place(name: str) -> tuple[int, str, str]:
+        arm, _, changes = name.partition(_AT)
+        return (known.index(arm) if arm in known else len(known)), arm, changes
+
+    return sorted(set(names), key=place)

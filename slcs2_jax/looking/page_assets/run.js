@@ -3,53 +3,10 @@
 const index = { entries: [], runs: [] };
 let showing = 0; // counts what was asked for, so that what comes late to an older question is dropped
 
-async function start() {
-  listenToTheme();
-  Object.assign(index, await json(document.body.dataset.index));
+async function start(data) {
+  Object.assign(index, data);
   listInstances();
   await choose(0);
-  document.body.dataset.ready = "yes";
-}
-
-/** The bytes of a block of data in this page. */
-async function bytes(name) {
-  const text = atob(document.getElementById(name).textContent);
-  const packed = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).arrayBuffer();
-}
-
-async function json(name) {
-  return JSON.parse(new TextDecoder().decode(await bytes(name)));
-}
-
-/** An element with attributes (null: none; a function: a listener) and children, texts or elements. */
-function element(tag, attributes = {}, ...children) {
-  const made = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (typeof value === "function") made.addEventListener(name, value);
-    else if (value !== null) made.setAttribute(name, value);
-  }
-  made.append(...children.map((child) => (child instanceof Node ? child : String(child))));
-  return made;
-}
-
-function place(id) {
-  return document.getElementById(id);
-}
-
-/** A number for a reader; a dash for none. */
-function figure(value, digits = 3) {
-  return value === null || value === undefined ? "–" : value.toFixed(digits);
-}
-
-function listenToTheme() {
-  const root = document.documentElement;
-  root.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  place("theme").addEventListener("click", () => {
-    root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
-    document.dispatchEvent(new Event("themechange"));
-  });
 }
 
 const INSTANCE_COLUMNS = [
@@ -66,13 +23,7 @@ function freshly(one) {
 }
 
 function listInstances() {
-  const head = INSTANCE_COLUMNS.map(([name, , kind]) => element("th", { scope: "col", class: kind }, name));
-  const rows = index.entries.map((one, at) =>
-    element("tr", {}, ...INSTANCE_COLUMNS.map(([, cell, kind]) => element("td", { class: kind }, cell(one, at)))),
-  );
-  place("instances").replaceChildren(
-    element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)),
-  );
+  place("instances").replaceChildren(tableOf(INSTANCE_COLUMNS, index.entries));
 }
 
 /** Show an instance. */
@@ -128,7 +79,4 @@ function changed(run) {
   );
 }
 
-start().catch((error) => {
-  document.querySelector("main").prepend(element("p", { class: "note" }, `This page could not be drawn: ${error.message}`));
-  throw error;
-});
+showPage(start);
