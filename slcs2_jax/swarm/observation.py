@@ -18,7 +18,7 @@ from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.radio import RadioParameters
-from slcs2_jax.world.stored import stored
+from slcs2_jax.world.stored import kept, stored
 
 
 @jax.tree_util.register_dataclass
@@ -48,7 +48,7 @@ def look(
     """Put together what there is to see in a time-step."""
     known = everybody.known
     sides = [known & everybody.source_side, known & everybody.sink_side, known]
-    roles = [closest(side, everybody.squared) for side in sides]
+    roles = kept([closest(side, everybody.squared) for side in sides])
     to_sink = jnp.sqrt((arena.estimate_x - state.x) ** 2 + (arena.estimate_y - state.y) ** 2)
     to_source = jnp.sqrt(state.x**2 + state.y**2)
     everywhere = jnp.ones_like(state.x)
@@ -69,8 +69,8 @@ def look(
 
 def observe(view: View, language: Language) -> Observation:
     """Form each agent's observation."""
-    truth = clauses.truth(view, language)
-    return Observation(stored(jnp.where(view.able, truth, np.uint32(0)), view.swarm.speed), view)
+    truth = jnp.where(view.able, clauses.truth(view, language), np.uint32(0))
+    return Observation(kept(stored(truth, view.swarm.speed)), view)
 
 
 class Feature(NamedTuple):
