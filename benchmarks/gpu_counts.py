@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 _SIZES = {"pred": 1, "s8": 1, "u8": 1, "s16": 2, "u16": 2, "f16": 2, "bf16": 2, "s32": 4, "u32": 4, "f32": 4,
@@ -46,7 +46,7 @@ class Counts:
     Attributes:
         kernels: started, copies among them; not the tests of loops whose number of rounds is known.
         copies: kernels that do nothing but copy.
-        bytes: operands read and results written by kernels, each once; of an update in place, what is updated.
+        bytes: operands read and results written by kernels, each once; of a slice and of an update in place, its own.
         waits: times that the host must look at something before it can go on.
     """
 
@@ -105,19 +105,40 @@ def _moved(
     operation: Operation, operations: Mapping[str, Operation], computations: Mapping[str, dict[str, Operation]]
 ) -> int:
     """Bytes that a kernel reads and writes."""
-    read = sum(_bytes(operations[name].type) for name in operation.operands if name in operations)
+    read = [_bytes(operations[name].type) if name in operations else 0 for name in operation.operands]
     written = _bytes(operation.type)
-    updates = [] if operation.kind != "fusion" else list(_updates(computations[operation.called("calls")]))
-    if not updates:
-        return read + written
-    return max(0, read - written) + sum(updates)
+    if operation.kind == "fusion":
+        fused = computations[operation.called("calls")]
+        shares = _shares_read(fused)
+        read = [round(size * shares.get(number, 0.0)) for number, size in enumerate(read)]
+        for inner in fused.values():
+            if inner.kind == "dynamic-update-slice":
+                written += _bytes(fused[inner.operands[1]].type) - _bytes(inner.type)
+    return sum(read) + written
 
 
-def _updates(operations: Mapping[str, Operation]) -> Iterator[int]:
-    """Sizes of what a fused computation writes into a greater array in place."""
-    for operation in operations.values():
-        if operation.kind == "dynamic-update-slice":
-            yield _bytes(operations[operation.operands[1]].type)
+def _shares_read(fused: Mapping[str, Operation]) -> dict[int, float]:
+    """What share of each operand of a fused computation is read, by its number; too much rather than too little.
+
+    Followed from the results back to the parameters: only slices need less than the whole, and an update in place needs
+    nothing of what it updates.
+    """
+    needed = dict.fromkeys(fused, 0.0)
+    needed[next(reversed(fused))] = 1.0  # the root is the last
+    for name, operation in reversed(fused.items()):
+        for number, operand in enumerate(operation.operands):
+            if operand not in fused:
+                continue
+            share = needed[name]
+            if operation.kind in ("broadcast", "concatenate", "pad", "gather"):
+                share = 1.0
+            elif operation.kind in ("slice", "dynamic-slice") and number == 0:
+                share *= _bytes(operation.type) / max(1, _bytes(fused[operand].type))
+            elif operation.kind == "dynamic-update-slice":
+                share = 0.0 if number == 0 else 1.0
+            needed[operand] = min(1.0, needed[operand] + share)
+    parameters = (operation for operation in fused.values() if operation.kind == "parameter")
+    return {int(one.rest.partition(")")[0]): needed[one.name] for one in parameters}
 
 
 def _bytes(type_text: str) -> int:

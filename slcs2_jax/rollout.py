@@ -26,7 +26,7 @@ from slcs2_jax.world.emitters import JammerRoom
 from slcs2_jax.world.scenario import Scenario
 
 AXIS = "slots"
-_COMPILER_OPTIONS = {
+_COMPILER_OPTIONS: dict[str, dict[str, Any]] = {
     "cpu": {"xla_cpu_prefer_vector_width": 512},  # where there are none so wide: less
     # Two steps in a round of the loop, so that what one hands on need not be copied back to where the next expects it;
     # and whole loops as one CUDA graph, so that the host starts nothing within a chunk.

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import generation, kernels, report, rounds, scaling, throughput
+from benchmarks import generation, gpu_program, kernels, report, rounds, scaling, throughput
 from benchmarks.batch import make_rollout, play
 from benchmarks.rounds import Play, Spread
 from benchmarks.workload import Workload, median_scenario, random_workload, saved_workload, settings_of, with_walls
@@ -18,7 +18,13 @@ from slcs2_jax.config import Compute, InputError
 from slcs2_jax.grammar import load_grammar
 
 ROOT = Path(__file__).resolve().parent.parent
-SCRIPTS = {"throughput": throughput, "scaling": scaling, "generation": generation, "kernels": kernels}
+SCRIPTS = {
+    "throughput": throughput,
+    "scaling": scaling,
+    "generation": generation,
+    "kernels": kernels,
+    "gpu_program": gpu_program,
+}
 LIMITS = (20, 35, 50)  # steps of the episodes: one, two and three chunks of 20 steps
 
 

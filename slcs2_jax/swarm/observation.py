@@ -48,9 +48,10 @@ def look(
     """Put together what there is to see in a time-step."""
     known = everybody.known
     sides = [known & everybody.source_side, known & everybody.sink_side, known]
-    roles = kept([closest(side, everybody.squared) for side in sides])
+    roles = [closest(side, everybody.squared) for side in sides]
     to_sink = jnp.sqrt((arena.estimate_x - state.x) ** 2 + (arena.estimate_y - state.y) ** 2)
     to_source = jnp.sqrt(state.x**2 + state.y**2)
+    left = kept((*roles, to_sink, to_source))
     everywhere = jnp.ones_like(state.x)
     jammer = jnp.where(state.jammer_range > 0, state.jammer_range, jnp.inf)
     return View(
@@ -58,8 +59,8 @@ def look(
         arena=arena,
         links=links,
         everybody=everybody,
-        left=(*roles, to_sink, to_source),
-        right=(*roles, everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer),
+        left=left,
+        right=(*left[:3], everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer),
         node_heard=jnp.any(links.heard[-2:], axis=0),
         running=running,
         radio=radio,

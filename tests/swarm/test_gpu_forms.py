@@ -33,7 +33,7 @@ def forms_for_gpus():
 
 
 def both(function, *given):
-    """What it gives in the form for CPUs and in that for GPUs, operation by operation: no compiler rounds in between."""
+    """What it gives in either form, operation by operation: no compiler rounds in between."""
     with jax.disable_jit():
         ours = function(*given)
         with forms_for_gpus():
