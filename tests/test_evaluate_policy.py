@@ -35,7 +35,7 @@ def test_a_users_behaviour_is_evaluated_and_recorded(tmp_path, capsys):
     assert [one["delivered"] for one in scenarios] == [4, 4]
     assert all(one["fitness"] > 0 for one in scenarios)
     config = (folder / "config.yaml").read_text()
-    assert f"controller: {path}" in config
+    assert f"policy: {path}" in config
     assert "move toward source" in config  # the text itself: files change
 
 

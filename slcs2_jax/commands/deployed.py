@@ -22,19 +22,19 @@ def check_deployable(planned: Planned) -> bool:
     from slcs2_jax.results.reading import read_summary
     from slcs2_jax.results.run_config import CONFIG, check_same, read_config
     from slcs2_jax.results.run_folder import check_free
-    from slcs2_jax.study.collect import CONTROLLER
+    from slcs2_jax.study.collect import policy_of
 
-    named = policy_named(str(planned.controller))
+    named = policy_named(str(planned.policy))
     folder = Path(str(planned.settings.run_dir))
     if not present(folder / CONFIG):
         check_free(folder)
         return False
     found = read_config(folder)
-    if found.record.get(CONTROLLER) != planned.controller:
+    if policy_of(found.record) != planned.policy:
         raise InputError(f"run_dir={folder}: already holds another run; accepted is another folder")
     if found.record.get(BEHAVIOUR) != named.content:
         raise InputError(
-            f"run_dir={folder}: {planned.controller} was another behaviour when it was deployed there; accepted is "
+            f"run_dir={folder}: {planned.policy} was another behaviour when it was deployed there; accepted is "
             "the same one, or another folder"
         )
     check_same(planned.settings, found.settings, folder)
@@ -44,7 +44,7 @@ def check_deployable(planned: Planned) -> bool:
 def deploy(planned: Sequence[Planned]) -> None:
     """Deploy in every instance that lacks it, one cell after the other, as often as winners are deployed afresh."""
     going = [one for one in planned if not check_deployable(one)]
-    for _, group in groupby(going, key=lambda one: (one.controller, one.settings.world)):
+    for _, group in groupby(going, key=lambda one: (one.policy, one.settings.world)):
         _deploy_cell(list(group))
 
 
@@ -53,11 +53,11 @@ def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax.config.door import present
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
-    from slcs2_jax.study.collect import CONTROLLER, DEPLOYED
+    from slcs2_jax.study.collect import DEPLOYED, POLICY
 
     first = planned[0].settings
     count = first.search.fresh_deployments
-    named = policy_named(str(planned[0].controller))
+    named = policy_named(str(planned[0].policy))
     runtime.configure(first.compute)
     from slcs2_jax.running.driver import deploy_in_runs
 
@@ -70,7 +70,7 @@ def _deploy_cell(planned: Sequence[Planned]) -> None:
         if present(path / CONFIG):  # interrupted before its figures were written
             folder = RunFolder(path, read_config(path))
         else:
-            record = {CONTROLLER: planned[0].controller, BEHAVIOUR: named.content}
+            record = {POLICY: planned[0].policy, BEHAVIOUR: named.content}
             folder = RunFolder.create(one, device=device, record=record)
         folder.write_summary({
             DEPLOYED: [deployment.fitness for deployment in own],

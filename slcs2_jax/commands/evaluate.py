@@ -89,10 +89,10 @@ def _policy(own: dict[str, Any], solution: SavedSolution | None) -> tuple[Deploy
     if solution is not None:
         return solution, {"solution": str(own["solution"])}
     from slcs2_jax.commands.deployed import BEHAVIOUR
-    from slcs2_jax.study.collect import CONTROLLER
+    from slcs2_jax.study.collect import POLICY
 
     named = policy_named(str(own["policy"]))
-    return named.policy, {CONTROLLER: str(own["policy"]), BEHAVIOUR: named.content}
+    return named.policy, {POLICY: str(own["policy"]), BEHAVIOUR: named.content}
 
 
 def _whole_number(name: str, value: Any) -> int:

@@ -137,7 +137,7 @@ def _look_at(job: Job) -> None:
         _ = _task(job).points
         return
     for one in _planned(job):
-        if one.controller is not None:
+        if one.policy is not None:
             check_deployable(one)
             continue
         Grammar.of(one.settings)
@@ -154,9 +154,7 @@ def _planned(job: Job) -> list[Planned]:
         raise refuse("setting", f"experiment.{unknown[0]}", "one of experiment." + ", experiment.".join(_NODE))
     experiment = Experiment.of(own["experiment"])
     runs = plan(str(own["run_dir"]), config, experiment, experiment.chosen(str(own["arm"])))
-    return [
-        one if one.controller is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs
-    ]
+    return [one if one.policy is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs]
 
 
 def _begun(settings: Settings) -> Settings:
@@ -177,8 +175,8 @@ def _run(planned: Sequence[Planned]) -> None:
     """Make all runs, in one batch where they can share one."""
     from slcs2_jax.commands.deployed import deploy
 
-    deploy([one for one in planned if one.controller is not None])
-    evolved = [one.settings for one in planned if one.controller is None]
+    deploy([one for one in planned if one.policy is not None])
+    evolved = [one.settings for one in planned if one.policy is None]
     if evolved:
         finish(evolved)
 

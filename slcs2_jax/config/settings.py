@@ -127,6 +127,12 @@ class Compute(Section):
         high=10**6,
     )
     cache: bool = setting(True, "keep compiled programs on disk for the next run", status="run")
+    native: str = setting(
+        "auto",
+        "compute by the native chunk, on CPUs: auto where it can, on or nothing, or off: XLA",
+        status="run",
+        options=("auto", "on", "off"),
+    )
 
 
 @dataclass(frozen=True)

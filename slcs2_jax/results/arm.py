@@ -46,8 +46,9 @@ _TITLES = {
     "both": "grammar both",
 }
 # The settings that tell arms apart, and those that tell worlds apart.
-_PARTS = ("search.name", "search.parent", "search.variation", "search.homogeneous")
-ALGORITHM = ("acceptance", "exchange", "grammar", *_PARTS)
+ALGORITHM = (
+    "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
+)  # fmt: skip
 WORLD = ("environment", "range")
 _AT = " at "  # between an arm and the settings in which it differs from the rest of its study
 
@@ -62,13 +63,13 @@ def cell_named(name: str) -> Cell:
     return {place.name: place for place in PLACES}[name]
 
 
-def arm_of(settings: Settings, controller: str | None = None) -> str:
+def arm_of(settings: Settings, policy: str | None = None) -> str:
     """The arm's name: what is not as in the paper's algorithm, `slcs2` if nothing is; the name of its folder.
 
-    `controller` is a behaviour made by hand, by its name or path, in place of rules that evolve.
+    `policy` is a behaviour made by hand, by its name or path, in place of rules that evolve.
     """
-    if controller is not None:
-        return Path(controller).stem
+    if policy is not None:
+        return Path(policy).stem
     search = settings.search
     parts = [] if search.name == PLAIN else [search.name]
     parts += [part for part, usual in ((search.parent, "fewest"), (search.variation, "exchange")) if part != usual]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 
 from slcs2_jax import runtime
@@ -72,10 +72,18 @@ class Rollouts:
         return made.rollout
 
     def _made(self, task: Task, shape: Shape, language: Language, slots: int) -> Rollout:
-        policy, chunk = task.policy.policy, self._settings.compute.chunk
+        policy, compute = task.policy.policy, self._settings.compute
         parameters = Parameters.of(self._settings, policy, language)
         like = policy.arrays(task.policy.given, language)
-        return Rollout(parameters, shape, like, slots=slots, devices=self._devices, chunk=chunk)
+        return Rollout(
+            parameters,
+            shape,
+            like,
+            slots=slots,
+            devices=self._devices,
+            chunk=compute.chunk,
+            engine=compute.native,
+        )
 
     def forget(self) -> None:
         """Keep none: after an interruption their slots may be taken."""
@@ -83,7 +91,12 @@ class Rollouts:
 
 
 def make_batches(
-    settings: Settings, tasks: Sequence[Task], *, width: int | None = None, rollouts: Rollouts | None = None
+    settings: Settings,
+    tasks: Sequence[Task],
+    *,
+    width: int | None = None,
+    rollouts: Rollouts | None = None,
+    note: Callable[[str], None] = lambda text: None,
 ) -> list[Batch]:
     """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
 
@@ -96,6 +109,7 @@ def make_batches(
         tasks: at least one.
         width: slots per device.
         rollouts: where to take them from, if some may be there already.
+        note: told why XLA computes, where the native chunk could not.
     """
     width = width or slots_per_device(settings, sum(len(task.wanted(0)) for task in tasks))
     rollouts = rollouts or Rollouts(settings)
@@ -108,6 +122,9 @@ def make_batches(
     for start, stop in itertools.pairwise(cuts):
         some = by_walls[start:stop]
         batches.append(Batch(some, rollouts.get(some, tasks, width, [batch.rollout for batch in batches])))
+    for text in dict.fromkeys(batch.rollout.note for batch in batches):
+        if text is not None:
+            note(text)
     return batches
 
 

@@ -157,7 +157,8 @@ class _Session:
                 _raise_if_stopped(self._stop, self._runs)
 
         if not all(instance.finished for instance in instances):
-            usage = play(make_batches(runs[0].settings, instances, width=width), after_chunk)
+            batches = make_batches(runs[0].settings, instances, width=width, note=self._report.note)
+            usage = play(batches, after_chunk)
             for run in runs:
                 run.note_usage(usage)
         conclude()

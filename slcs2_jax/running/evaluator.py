@@ -161,7 +161,8 @@ class Evaluator:
                 episodes = sum(task.count for task in group)
                 width, devices = slots_per_device(sized, episodes), runtime.devices(sized.compute)
                 check_memory(sized, measurement_bytes(sized, len(group), episodes), width * len(devices), devices)
-                usage += play(make_batches(sized, group, width=width, rollouts=self._rollouts), tell)
+                note = report.note if report is not None else lambda text: None
+                usage += play(make_batches(sized, group, width=width, rollouts=self._rollouts, note=note), tell)
         except BaseException:
             self._rollouts.forget()
             raise

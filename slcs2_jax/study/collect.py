@@ -20,7 +20,8 @@ from slcs2_jax.results.run_folder import folders_with_config
 from slcs2_jax.study.factor import Point, factors, point_of, point_text
 
 EVOLVED = "evolve"  # kind of a run in its record
-CONTROLLER = "controller"  # in the record of an evaluation: the behaviour made by hand
+POLICY = "policy"  # in the record of an evaluation: what was deployed, if it was no saved solution
+_FORMER_POLICY = "controller"  # what that was called
 DEPLOYED = "fitness"  # in its summary: of each deployment in its one instance
 
 
@@ -77,6 +78,11 @@ class Outcome:
         return self.fresh if len(self.curve) == generations else None
 
 
+def policy_of(record: Mapping[str, Any]) -> str | None:
+    """The policy that a run deployed, by its name or path; None if it evolved rules, or evaluated a saved solution."""
+    return record.get(POLICY, record.get(_FORMER_POLICY))
+
+
 def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome]:
     """All results in a folder and below it, in a fixed order.
 
@@ -93,7 +99,7 @@ def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome
     outcomes: list[Outcome] = []
     for place in counted(list(folders_with_config(root, passed)), "runs read:"):
         run = read_run(place)
-        if run.record.get("kind") == EVOLVED or (CONTROLLER in run.record and DEPLOYED in (run.summary or {})):
+        if run.record.get("kind") == EVOLVED or (policy_of(run.record) is not None and DEPLOYED in (run.summary or {})):
             outcomes += _outcomes(run)
         elif passed is not None:
             passed.append(f"{place}: is an evaluation of something that evolved elsewhere")
@@ -136,7 +142,7 @@ def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], flo
     steps = int(ended.get("env_steps", 0))
     rate = float((run.timing or {}).get("env_steps_per_second", 0.0))  # of all runs that shared the batch
     return Outcome(
-        algorithm=arm_of(settings, run.record.get(CONTROLLER)),
+        algorithm=arm_of(settings, policy_of(run.record)),
         cell=cell_of(settings),
         seed=settings.seed + instance,
         curve=np.array(curve, dtype=np.float64),
