@@ -1,7 +1,7 @@
 """A clause, a move target and an action of your own, with a grammar that says them: one file, nothing edited inside.
 
-    python examples/own_clause_and_action.py                                     # from Python
-    slcs2 evolve plugins=[own_clause_and_action] grammar=crowd.bnf ...           # from the command line, beside this file
+python examples/own_clause_and_action.py                                     # from Python
+slcs2 evolve plugins=[own_clause_and_action] grammar=crowd.bnf ...           # from the command line, beside this file
 """
 
 import jax.numpy as jnp

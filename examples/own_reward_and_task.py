@@ -1,7 +1,7 @@
 """A reward and a task of your own: packets must come through before half of the time is over, and hurry is praised.
 
-    python examples/own_reward_and_task.py                                        # from Python
-    slcs2 evolve plugins=[own_reward_and_task] task.name=deadline task.reward=hurry ...
+python examples/own_reward_and_task.py                                        # from Python
+slcs2 evolve plugins=[own_reward_and_task] task.name=deadline task.reward=hurry ...
 """
 
 import dataclasses

@@ -18,10 +18,10 @@ from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings, World
 from slcs2_jax.policy.decision_list import DecisionList, load_decision_list
 from slcs2_jax.results import Progress
+from slcs2_jax.results.arm import CELLS
 from slcs2_jax.results.files import write_text
 from slcs2_jax.results.run_config import versions
 from slcs2_jax.search.evaluation import Deployment
-from slcs2_jax.study.arm import CELLS
 from slcs2_jax.study.paper import tuning
 
 DESIGN = {"seed": 900_001, "instances": 3, "deployments": 10}  # on which it was tuned; no experiment uses them
@@ -47,12 +47,12 @@ def main() -> None:
 
 def deploy(decisions: DecisionList, name: str, *, seed: int, instances: int, deployments: int) -> Episodes:
     """Every cell's episodes."""
-    from slcs2_jax.running.deployed import deploy_list
+    from slcs2_jax.running.driver import deploy_in_runs
 
     worlds = [World.preset(cell.environment, cell.range) for cell in CELLS]
     settings = [Settings(world=world, seed=seed, instances=instances) for world in worlds]
     with Progress(deployments, label=f"{name}: deployment") as report:
-        found = deploy_list(settings, decisions, deployments=deployments, report=report)
+        found = deploy_in_runs(settings, decisions, deployments=deployments, report=report)
     return {cell.name: own for cell, own in zip(CELLS, found, strict=True)}
 
 

@@ -1,8 +1,11 @@
-"""The long form of tests/faults: python scripts/fault_campaign.py --kills 50 --damages 2000 --inputs 100000 --out FILE.
+"""The long form of tests/faults:
 
-Kills commands at random moments and lets them go on, lets every write of a run fail, damages files of run folders, and
-feeds random settings, texts and bytes; prints what was found and writes it as JSON. Exit code 0 if nothing differed,
-was lost, or was believed wrongly.
+    python scripts/fault_campaign.py --kills 50 --damages 2000 --inputs 100000 --hostile 500 --out FILE
+
+Kills commands at random moments and lets them go on, lets every write of a run fail, damages files of run folders,
+feeds random settings, texts and bytes, and lets every command loose on folders that a stranger could have sent; prints
+what was found and writes it as JSON. Exit code 0 if nothing differed, was lost, was believed wrongly, took too much, or
+touched anything outside.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=50, help="kills, over evolve, sweep and experiment")
     parser.add_argument("--damages", type=int, default=2000, help="damaged files")
     parser.add_argument("--inputs", type=int, default=100_000, help="random inputs for each property; 0: none")
+    parser.add_argument("--hostile", type=int, default=500, help="hostile folders; 0: none")
     parser.add_argument("--seed", type=int, default=0, help="of the chance")
     parser.add_argument("--folder", type=Path, help="where the runs go (a temporary folder)")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
@@ -62,7 +66,19 @@ def campaign(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
         if options.inputs:
             passed = _pytest(file, setting)
             figures[name] = {"count": options.inputs, "passed": passed, "seconds": round(time.monotonic() - start)}
+    if options.hostile:
+        start = time.monotonic()
+        found = _hostile(options.hostile, folder / "hostile", options.seed)
+        figures["hostile"] = {"count": options.hostile, **found, "seconds": round(time.monotonic() - start)}
     return figures
+
+
+def _hostile(count: int, folder: Path, seed: int) -> dict[str, Any]:
+    """In a process of its own: its commands are forks of one that has not started JAX."""
+    command = [sys.executable, ROOT / "scripts" / "fault_campaign_hostile.py", str(count), folder, str(seed)]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
 
 
 def _pytest(file: str, environment: dict[str, str]) -> bool:
@@ -80,6 +96,7 @@ def clean(figures: dict[str, Any]) -> bool:
         kills.get("tracebacks"),
         damages.get("believed"),
         damages.get("tracebacks"),
+        figures.get("hostile", {}).get("wrong"),
     ]
     return not any(wrong) and all(figures[name]["passed"] for name in ("writes", "inputs") if name in figures)
 
@@ -94,6 +111,12 @@ def report(figures: dict[str, Any]) -> list[str]:
         f"{damages.get('harmless', 0)} harmless, {len(damages.get('believed', []))} believed, "
         f"{len(damages.get('tracebacks', []))} tracebacks",
     ]
+    if "hostile" in figures:
+        one = figures["hostile"]
+        lines.append(
+            f"{one['tried']} commands over hostile folders: {one['refused']} refused, {one['read']} read, at most "
+            f"{one['slowest']:.1f} s and {one['largest'] / 2**20:.0f} MB more than usual; {len(one['wrong'])} wrong"
+        )
     for name, what in (
         ("writes", "every write fails once"),
         ("inputs", f"{figures.get('inputs', {}).get('count')} inputs"),

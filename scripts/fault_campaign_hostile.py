@@ -13,6 +13,7 @@ import contextlib
 import csv
 import ctypes
 import hashlib
+import io
 import json
 import os
 import random
@@ -93,6 +94,7 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
         if figures.tried == count:
             break
         campaign.attempt(*trial)
+        print(f"{figures.tried}/{count} hostile folders, {len(figures.wrong)} wrong", file=sys.stderr, flush=True)
     campaign.odd_names()
     return figures
 
@@ -203,7 +205,7 @@ def _markup(report: Path, name: str) -> list[str]:
     """What a report says of such a name that is more than text."""
     found = []
     for file in report.glob("*.csv"):
-        for row in csv.reader(file.open(newline="")):
+        for row in csv.reader(io.StringIO(file.read_bytes().decode(), newline="")):
             found += [f"{file.name}: {cell!r}" for cell in row if cell[:1] in ("=", "+", "@", "\t", "\r", "\n")]
     for file in report.glob("*.tex"):
         found += [f"{file.name}: {name}" for one in ("\\input{", "$x^{") if one in file.read_text()]

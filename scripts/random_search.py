@@ -1,9 +1,8 @@
 """Random search with the budget of evolution: python scripts/random_search.py RUNS OUT.
 
-Every generation is a new random solution in the same world, evaluated by the same rule (re-deployment while the mean
-fitness is above 0). Each instance goes on until it has spent the evaluations that it spent in RUNS, which is the folder
-of a run or one with runs below it. Each run's counterpart in OUT is a run folder like any other; the rows of its
-generations.jsonl compare with those of the run. Interrupted, the same command goes on.
+Each instance of each run in RUNS, which is the folder of a run or one with runs below it, has a counterpart in OUT: a
+run of search=random in the same world, with as many episodes as evolution spent there. The counterparts are run folders
+like any other, and advance in one batch. Interrupted, the same command goes on.
 """
 
 from __future__ import annotations
@@ -11,59 +10,30 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from slcs2_jax import runtime
-from slcs2_jax.config import InputError
+from slcs2_jax.config import InputError, Settings
 from slcs2_jax.results import FinishedRun, Progress, read_run
 from slcs2_jax.results.sweep import runs_below
-from slcs2_jax.search import Evaluation, HistoryRow, Search, Solution, initial_solution
 
 
-class RandomSearch(Search):
-    """A search whose solutions have no parents and that ends when its evaluations are spent."""
-
-    def __init__(self, *arguments, seed: int, budgets: Mapping[int, int], **named) -> None:
-        super().__init__(*arguments, seed=seed, **named)
-        self._left = budgets[seed]
-
-    @property
-    def finished(self) -> bool:
-        return self._left <= 0
-
-    def _next(self) -> Solution:
-        agents, rules = self._shape
-        return dataclasses.replace(initial_solution(agents, rules, self._supply), generation=self.generation)
-
-    def tell(self, evaluation: Evaluation) -> HistoryRow:
-        self._left -= evaluation.deployments
-        return super().tell(evaluation)
-
-    def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        arrays, meta = super().state()
-        return arrays, meta | {"left": self._left}
-
-    def restore(self, arrays: dict[str, np.ndarray], meta: dict[str, Any]) -> None:
-        super().restore(arrays, meta)
-        self._left = meta["left"]
-
-
-def budgets_of(runs: Sequence[FinishedRun]) -> dict[int, int]:
-    """Evaluations that the instance of each seed spent."""
-    found: dict[int, int] = {}
-    for run in runs:
-        if run.summary is None:
-            raise InputError(f"run={run.path}: is not finished; accepted is a folder with a summary.json")
-        for one in run.summary["instances"]:
-            if one["seed"] in found:
-                raise InputError(f"run={run.path}: seed {one['seed']} is there twice; accepted are runs of one world")
-            found[one["seed"]] = one["evaluations"]
-    return found
+def counterparts(run: FinishedRun, folder: Path) -> Iterator[Settings]:
+    """For each instance of a finished run, random search with its episodes, below a folder if there are several."""
+    if run.summary is None:
+        raise InputError(f"run={run.path}: is not finished; accepted is a folder with a summary.json")
+    for instance in run.summary["instances"]:
+        alone = len(run.summary["instances"]) == 1
+        spent = instance["evaluations"]
+        # each solution takes an episode at least
+        search = dataclasses.replace(run.settings.search, name="random", batch=1, generations=spent, episodes=spent)
+        yield dataclasses.replace(
+            run.settings,
+            search=search,
+            seed=instance["seed"],
+            instances=1,
+            run_dir=str(folder if alone else folder / f"seed_{instance['seed']:03d}"),
+        )
 
 
 def main() -> None:
@@ -74,16 +44,13 @@ def main() -> None:
     evolved = [read_run(str(one.run_dir)) for one in runs_below(arguments.runs)[0]]
     if not evolved:
         raise InputError(f"runs={arguments.runs}: holds no evolution; accepted is the folder of a run or of several")
-    budgets = budgets_of(evolved)
     settings = [
-        dataclasses.replace(run.settings, run_dir=str(arguments.out / Path(run.path).relative_to(arguments.runs)))
-        for run in evolved
+        one for run in evolved for one in counterparts(run, arguments.out / run.path.relative_to(arguments.runs))
     ]
-    runtime.configure(settings[0].compute)
-    from slcs2_jax.search import driver  # starts JAX
+    from slcs2_jax import evolve  # starts JAX
 
-    with Progress(max(budgets.values()), label="solution") as report:
-        driver.evolve(settings, report=report, search=partial(RandomSearch, budgets=budgets))
+    with Progress(max(one.search.generations for one in settings), label="solution") as report:
+        evolve(*settings, report=report)
 
 
 if __name__ == "__main__":

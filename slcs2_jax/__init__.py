@@ -38,6 +38,7 @@ _HOMES = {
     "slcs2_jax.looking.solutions": ("replay",),
     "slcs2_jax.results": ("Progress", "SavedSolution", "load_solution", "read_run"),
     "slcs2_jax.api": ("deploy", "evaluate", "evolve"),
+    "slcs2_jax.running.evaluator": ("Evaluator",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from slcs2_jax.commands import find, listing
+from slcs2_jax.config import invocation, plugins
 from slcs2_jax.config.errors import InputError, StorageError
 from slcs2_jax.config.escape import terminal
 
@@ -15,6 +16,7 @@ slcs2: evolve and evaluate the behaviour of swarms (SLCS2, arXiv 1910.12412)
 
 {listing()}  slcs2 --version
   slcs2 COMMAND --help
+  slcs2 --completion bash|zsh|fish    what a shell evaluates to complete all of this
 
 Examples:
   slcs2 evolve environment=urban range=short seed=0 instances=8 generations=500 grammar=main
@@ -56,11 +58,27 @@ def _dispatch(arguments: list[str]) -> int:
         return 0
     if not arguments or arguments[0] in ("-h", "--help", "help"):
         return _help(USAGE, settings=True)
+    if arguments[0] in ("--completion", "--complete"):
+        return _completion(arguments[0], arguments[1:])
     name, *rest = arguments
     command = find(name)
+    plugins.load(plugins.named_in(rest))  # before settings are checked: they may name parts of the plug-ins
     if "-h" in rest or "--help" in rest:
         return _help(command.HELP, settings=command.TAKES_SETTINGS)
-    return command.run(rest)
+    if not command.TAKES_SETTINGS:
+        rest = [argument for argument in rest if not argument.startswith(f"{plugins.SETTING}=")]
+    invocation.begin(arguments)
+    try:
+        return command.run(rest)
+    finally:
+        invocation.end()
+
+
+def _completion(option: str, words: list[str]) -> int:
+    from slcs2_jax.commands.completion import candidates, script
+
+    print(script(words) if option == "--completion" else "".join(f"{word}\n" for word in candidates(words)), end="")
+    return 0
 
 
 def _help(text: str, *, settings: bool) -> int:

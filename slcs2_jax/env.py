@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings, World
-from slcs2_jax.config.arguments import of_kind
+from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 from slcs2_jax.config.schema import settings_from
@@ -30,6 +30,7 @@ from slcs2_jax.grammar.vocabulary import NO_ACTION, WORD_BITS, Vocabulary
 from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.action_mask import action_mask
+from slcs2_jax.swarm.failure import CHANGEABLE
 from slcs2_jax.swarm.observation import Feature, Observation, feature_list, features
 from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.swarm.step import Physics
@@ -37,8 +38,10 @@ from slcs2_jax.swarm.task import Delivery
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena, stack, wall_capacity
 from slcs2_jax.world.emitters import JammerRoom, has_room, jammer_room
+from slcs2_jax.world.geometry import BLOCK
 from slcs2_jax.world.radio import RadioParameters
 from slcs2_jax.world.scenario import Scenario, check_scenario, make_scenario
+from slcs2_jax.world.scenario_check import MOST_WALLS
 
 CELLS = tuple(f"{kind}_{far}" for kind in ENVIRONMENTS for far in RANGES)
 
@@ -117,7 +120,7 @@ class Env:
         self.settings = of_kind("settings", settings, Settings)
         scenario = make_scenario(settings, settings.seed) if scenario is None else scenario
         check_scenario(of_kind("scenario", scenario, Scenario), settings)
-        self._walls = walls or wall_capacity([scenario])
+        self._walls = wall_capacity([scenario]) if walls is None else _whole_blocks(walls)
         self._jammers = jammers or jammer_room([scenario])
         grammar = Grammar.of(settings)
         self._grammar = grammar
@@ -125,7 +128,7 @@ class Env:
         self._channels = grammar.channels_used
         language = Language.of([grammar])
         physics = Physics.of(settings, language)
-        self._physics = physics if task is None else dataclasses.replace(physics, task=task)
+        self._physics = physics if task is None else dataclasses.replace(physics, task=of_kind("task", task, Delivery))
         self._period = settings.swarm.sharing_period
         self.params = Params(self.arena(scenario), self._physics)
         self._actions = np.array(grammar.actions, np.int32)
@@ -171,21 +174,38 @@ class Env:
         return jax.tree.map(lambda leaf: jnp.asarray(leaf[..., 0]), one)
 
     def change(self, params: Params, changes: Mapping[str, Any]) -> Params:
-        """Parameters with other values: `{"radio.path_loss_exponent": 3.0, "swarm.speed": 1.0}`, numbers or traced.
+        """The same world with other physical values: `{"radio.path_loss_exponent": 3.0, "swarm.speed": x}`.
 
-        Values that follow from them, such as the network range, follow. Raises InputError for a name that is no number
-        of radio, swarm or learning's costs.
+        Values are numbers, which are checked as settings are, or traced arrays. What follows from them, such as the
+        network range, follows. What is not named has the value of the environment's settings, whatever `params` hold;
+        the world was made before, and stays.
+
+        Raises InputError for a number that is not accepted, or a name that is no number of the physics: one of radio,
+        or of swarm and learning what `SwarmParameters` have or failures are made of.
         """
-        names = ("radio", "swarm", "learning")
-        sections = {name: SimpleNamespace(**vars(getattr(self.settings, name))) for name in names}
+        plain: dict[str, dict[str, Any]] = {name: {} for name in ("radio", "swarm", "learning")}
+        traced: dict[str, dict[str, Any]] = {name: {} for name in plain}
         for name, value in changes.items():
-            section, _, last = name.partition(".")
-            if section not in sections or not isinstance(getattr(sections[section], last, None), float | int):
-                raise refuse("change", name, "the name of a number in radio, swarm or learning")
-            setattr(sections[section], last, value)
-        plain: Any = SimpleNamespace(world=self.settings.world, **sections)
-        radio, body = RadioParameters.of(plain.radio), SwarmParameters.of(plain)
+            section, last = self._physical(name)
+            (traced if isinstance(value, jax.Array) else plain)[section][last] = value
+        checked = {name: dataclasses.replace(getattr(self.settings, name), **plain[name]) for name in plain}
+        sections = {name: SimpleNamespace(**(vars(checked[name]) | traced[name])) for name in plain}
+        radio = RadioParameters.of(sections["radio"])
+        body = SwarmParameters.of(SimpleNamespace(world=self.settings.world, **sections))
         return dataclasses.replace(params, physics=dataclasses.replace(params.physics, radio=radio, swarm=body))
+
+    def _physical(self, name: str) -> tuple[str, str]:
+        """Section and field of a number of the physics; see `change`."""
+        section, _, last = str(name).partition(".")
+        body = {field.name for field in dataclasses.fields(SwarmParameters)} | set(CHANGEABLE)
+        known = {
+            "radio": {field for field, value in vars(self.settings.radio).items() if type(value) in (int, float)},
+            "swarm": body & vars(self.settings.swarm).keys(),
+            "learning": body & vars(self.settings.learning).keys(),
+        }
+        if last not in known.get(section, ()):
+            raise refuse("change", name, "the name of a number of the physics, such as radio.power_dbm")
+        return section, last
 
     # The episode.
 
@@ -208,7 +228,7 @@ class Env:
         Args:
             key: not looked at, since what an episode draws follows from the key of `reset`; there for the convention.
             state: from `reset` or `step`.
-            action: int [n], which of `actions` each agent takes.
+            action: int [n], which of `actions` each agent takes; a number that is none is to do nothing.
             params: see `Params`.
 
         Returns:
@@ -219,10 +239,12 @@ class Env:
         seen = _with_params(state.seen, params)
         running = seen.view.running
         known = jnp.concatenate([self._actions, np.array([NO_ACTION], np.int32)])
-        number = known[jnp.clip(action.astype(jnp.int32), 0, len(known) - 1)]
+        nothing = np.int32(len(known) - 1)
+        number = known[jnp.where((action >= 0) & (action < nothing), action.astype(jnp.int32), nothing)]
         after, reward, outcome = swarm.act(jnp.where(running, number, np.int32(NO_ACTION)), seen, physics)
-        shares = (after.t % np.int32(self._period) == 0) & running
+        shares = after.t % np.int32(self._period) == 0
         after = jax.tree.map(partial(jnp.where, shares), knowledge.share(after), after)
+        after = jax.tree.map(partial(jnp.where, running), after, seen.view.state)
         observation, following = self._observed(after, params)
         going = physics.task.going_on(after, params.arena, physics.swarm)
         late = after.t >= params.arena.time_limit
@@ -235,20 +257,33 @@ class Env:
         rewarded = jnp.where(outcome.intent.acts & running, reward, np.float32(0))
         return observation, following, rewarded, ~going, going & late, info
 
-    def _observed(self, state: State, params: Params) -> tuple[Seen, EnvState]:
-        _, seen = swarm.observe(state, params.arena, params.physics)
+    def observe(self, state: EnvState, params: Params) -> Seen:
+        """What the agents see of a state: the observation that `reset` or `step` returned with it."""
+        seen = _with_params(state.seen, params)
         numbers = np.array(self._grammar.clauses)
         bits = seen.truth[numbers // WORD_BITS] >> (numbers % WORD_BITS).astype(np.uint32)[:, None]
-        observed = Seen(
+        return Seen(
             clauses=((bits & np.uint32(1)) == np.uint32(1)).T,
             features=features(seen.view).T,
             action_mask=self._action_mask(seen.view),
         )
-        return observed, EnvState(_without_params(seen))
+
+    def _observed(self, state: State, params: Params) -> tuple[Seen, EnvState]:
+        _, seen = swarm.observe(state, params.arena, params.physics)
+        following = EnvState(_without_params(seen))
+        return self.observe(following, params), following
 
     def _action_mask(self, view: View) -> jax.Array:
         useful = action_mask(view, self._grammar.actions, self._physics.language)
         return jnp.concatenate([useful, jnp.ones((1, self.agents), bool)]).T
+
+
+def _whole_blocks(walls: tuple[int, int]) -> tuple[int, int]:
+    """Room for at least so many walls."""
+    if not isinstance(walls, tuple) or len(walls) != 2:
+        raise refuse("walls", walls, "two whole numbers: of vertical and horizontal walls")
+    vertical, horizontal = (-(-whole("walls", count, 0, MOST_WALLS) // BLOCK) * BLOCK for count in walls)
+    return vertical, horizontal
 
 
 def _without_params(seen: Observation) -> Observation:
@@ -300,9 +335,6 @@ def make(name: str, changes: Mapping[str, Any] | None = None, *, seed: int = 0, 
     if name not in CELLS:
         raise refuse("make", name, "one of " + ", ".join(CELLS))
     kind, _, far = name.rpartition("_")
-    nested: dict[str, Any] = {}
-    for path, value in {"seed": seed, **(changes or {})}.items():
-        section, _, last = path.rpartition(".")
-        (nested.setdefault(section, {}) if section else nested)[last] = value
-    nested["world"] = dataclasses.asdict(World.preset(kind, far)) | nested.get("world", {})
-    return Env(settings_from(nested), task=task)
+    changes = of_kind("changes", {} if changes is None else changes, dict)
+    given = {f"world.{field}": value for field, value in dataclasses.asdict(World.preset(kind, far)).items()}
+    return Env(settings_from({**given, "seed": seed, **changes}), task=task)

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from slcs2_jax import episode as episodes
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.episode import Episode, Parameters
+from slcs2_jax.native import advance as native
+from slcs2_jax.native import choice, library
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.world.arena import Arena, stack
 from slcs2_jax.world.emitters import JammerRoom
@@ -101,6 +103,7 @@ class Rollout:
         slots: int,
         devices: Sequence[jax.Device],
         chunk: int,
+        engine: str = "auto",
     ) -> None:
         """Set up vacant slots.
 
@@ -111,11 +114,16 @@ class Rollout:
             slots: how many, rounded up to whole ``LANES`` per device.
             devices: spread over these.
             chunk: steps between refills, rounded to whole sharing periods.
+            engine: `compute.native`, whether the native chunk computes: auto, on or off.
+
+        Raises:
+            InputError: the native chunk must compute, and cannot.
         """
         whole = LANES * len(devices)
         self.slots = -(-slots // whole) * whole
         self.periods = max(1, round(chunk / parameters.sharing_period))
         self.slot_steps = 0  # all steps computed, of vacant slots and finished episodes too
+        self._devices = len(devices)
         self._shape = shape
         self._policy, self._language = parameters.policy, parameters.physics.language
         self._jobs: list[Job | None] = [None] * self.slots
@@ -126,9 +134,10 @@ class Rollout:
         self._shard = partial(_place, mesh)
         self._parameters = jax.device_put(parameters, NamedSharding(mesh, P()))
         start = time.perf_counter()
+        self.native, self.note = choice.choose(engine, devices[0].platform, parameters, self._arena, self._policies)
         given, structure = jax.tree.flatten((self._given(), self._parameters))
         described = tuple(jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in given)
-        self._refill, self._advance, self._result = _programs(mesh, self.periods, structure, described)
+        self._refill, self._advance, self._result = _programs(mesh, self.periods, structure, described, self.native)
         self.compile_seconds = time.perf_counter() - start
         nothing = jax.tree.map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), _episode(self._given(), parameters))
         self._episode = self._refill(
@@ -141,8 +150,16 @@ class Rollout:
         return self.periods * self._parameters.sharing_period
 
     def vacant(self) -> list[int]:
-        """Slots without a job."""
-        return [slot for slot, job in enumerate(self._jobs) if job is None]
+        """Slots without a job, in the order in which they are best filled.
+
+        The native chunk computes slots in lane groups, and none for a group without a job: so group after group, and
+        with what there is spread over all devices.
+        """
+        free = [slot for slot, job in enumerate(self._jobs) if job is None]
+        if not self.native:
+            return free
+        per_device, lanes = self.slots // self._devices, library.lanes()
+        return sorted(free, key=lambda slot: (slot % per_device // lanes, slot % lanes, slot))
 
     def place(self, slot: int, job: Job) -> None:
         """Give a vacant slot a job; it starts with the next ``advance``."""
@@ -159,9 +176,10 @@ class Rollout:
         self._entering[slot] = True
 
     def cancel(self, slot: int) -> None:
-        """Forget the job of a slot; what it computed is lost."""
+        """Forget the job of a slot; what it computed is lost, and what it has yet to compute will not be."""
         self._jobs[slot] = None
-        self._entering[slot] = False
+        self._arena.time_limit[slot] = 0
+        self._entering[slot] = True
 
     def advance(self) -> list[Done]:
         """Compute one chunk of steps for every slot; returns what has finished and vacates its slots."""
@@ -170,12 +188,19 @@ class Rollout:
             self._episode = self._refill(self._episode, *self._given(), entering, self._parameters)
             self._entering[:] = False
         self._episode, over = self._advance(self._episode, self._parameters)
-        self.slot_steps += self.slots * self.steps_per_chunk
+        self.slot_steps += self._computed() * self.steps_per_chunk
         ended = [slot for slot in np.flatnonzero(np.asarray(over)) if self._jobs[slot] is not None]
         if not ended:
             return []
         result = jax.device_get(self._result(self._episode, self._parameters))
         return [self._take(int(slot), result) for slot in ended]
+
+    def _computed(self) -> int:
+        """How many slots a chunk is computed for."""
+        if not self.native:
+            return self.slots
+        lanes = library.lanes()
+        return lanes * len({slot // lanes for slot, job in enumerate(self._jobs) if job is not None})
 
     def _take(self, slot: int, result: Any) -> Done:
         job = self._jobs[slot]
@@ -233,16 +258,10 @@ def _episode(given: tuple[Arena, Any, jax.Array], parameters: Parameters) -> Any
     return jax.eval_shape(episodes.begin, *given, parameters)
 
 
-def _refill(
-    episode: Episode, arena: Arena, policy: Any, key: jax.Array, entering: jax.Array, parameters: Parameters
-) -> Episode:
-    """Begin the episodes that enter."""
-    fresh = episodes.begin(arena, policy, key, parameters)
-    return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
-
-
 @functools.lru_cache(maxsize=8)
-def _programs(mesh: Mesh, periods: int, structure: Any, described: tuple[jax.ShapeDtypeStruct, ...]) -> list[Any]:
+def _programs(
+    mesh: Mesh, periods: int, structure: Any, described: tuple[jax.ShapeDtypeStruct, ...], by_native: bool
+) -> list[Any]:
     """The compiled programs of a rollout: refill, advance, result; each device works on its own slots.
 
     They are compiled side by side, since the compiler takes one core for each, and kept for the next rollout of the
@@ -250,9 +269,17 @@ def _programs(mesh: Mesh, periods: int, structure: Any, described: tuple[jax.Sha
     """
     given, parameters = jax.tree.unflatten(structure, described)
     compiler_options = _COMPILER_OPTIONS.get(mesh.devices.flat[0].platform)
+    engine: Any = native if by_native else episodes
+
+    def refill(
+        episode: Episode, arena: Arena, policy: Any, key: jax.Array, entering: jax.Array, parameters: Parameters
+    ) -> Episode:
+        """Begin the episodes that enter."""
+        fresh = engine.begin(arena, policy, key, parameters)
+        return jax.tree.map(lambda new, old: jnp.where(entering, new, old), fresh, episode)
 
     def advance(episode: Episode, parameters: Parameters) -> tuple[Episode, jax.Array]:
-        episode = episodes.advance(episode, parameters, periods)
+        episode = engine.advance(episode, parameters, periods)
         return episode, episodes.over(episode, parameters)
 
     def lower(function: Any, *arguments: Any, **options: Any) -> Any:
@@ -266,9 +293,9 @@ def _programs(mesh: Mesh, periods: int, structure: Any, described: tuple[jax.Sha
     episode = _episode(given, parameters)
     entering = jax.ShapeDtypeStruct(given[2].shape[-1:], bool)
     lowered = [
-        lower(_refill, episode, *given, entering, donate_argnums=0),
+        lower(refill, episode, *given, entering, donate_argnums=0),
         lower(advance, episode, donate_argnums=0),
-        lower(episodes.result, episode),
+        lower(engine.result, episode),
     ]
     with ThreadPoolExecutor() as pool:
         return list(pool.map(lambda program: program.compile(), lowered))

@@ -41,7 +41,9 @@ def test_importing_starts_neither_jax_nor_hydra():
 
 
 def test_only_what_computes_starts_jax():
-    quick = sorted(set(slcs2.__all__) - {"deploy", "evaluate", "evolve", "replay"})
+    computing = {"deploy", "evaluate", "evolve", "replay", "Evaluator", "Env", "AutoReset", "make", "Network", "Policy"}
+    computing |= {"BoundPolicy", "bind", "bind_list", "bind_rules", "collect", "move", "send", "Delivery", "Score"}
+    quick = sorted(set(slcs2.__all__) - computing)
     code = f"import slcs2_jax, sys; [getattr(slcs2_jax, name) for name in {quick}]; print('jax' in sys.modules)"
     assert python(code) == "False\n"
 
@@ -70,14 +72,16 @@ def test_an_unknown_name_is_an_attribute_error():
 def test_deployments_differ_from_each_other_and_not_from_call_to_call(settings, rules):
     scenario = slcs2.make_scenario(settings, 3)
     episodes = slcs2.deploy(settings, scenario, rules, deployments=4)
-    assert len({episode.quality.tobytes() for episode in episodes}) == 4
+    assert len({episode.figures.quality.tobytes() for episode in episodes}) == 4
     for episode in episodes:
         assert episode.fitness == episode.delivered / 4 - episode.steps / 200
-        assert (episode.usage.shape, episode.contribution.shape) == ((AGENTS, RULES), (AGENTS,))
+        assert (episode.figures.shape, episode.contribution.shape) == ((AGENTS, RULES), (AGENTS,))
     again = slcs2.deploy(settings, scenario, rules, deployments=2)
     for one, other in zip(again, episodes, strict=False):
-        for field in dataclasses.fields(one):
-            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+        assert (one.fitness, one.delivered, one.steps) == (other.fitness, other.delivered, other.steps)
+        np.testing.assert_array_equal(one.contribution, other.contribution)
+        for name, array in one.figures.arrays().items():
+            np.testing.assert_array_equal(array, other.figures.arrays()[name])
 
 
 def test_a_scenario_made_by_hand(settings, rules):
@@ -95,7 +99,10 @@ def test_deploy_refuses_what_it_would_compute_wrongly(settings, rules):
     thick = dataclasses.replace(scenario, wall_thickness=2.0)
     starts = dataclasses.replace(scenario, start=scenario.start[:2])
     for arguments, part in (
-        ((more, scenario, rules), r"rules: \[3, 10\] agents and rules; accepted are \[4, 10\]"),
+        (
+            (more, dataclasses.replace(scenario, start=np.zeros((AGENTS + 1, 2), np.float32)), rules),
+            r"policy: \[3, 10\] agents and rules; accepted are \[4, 10\]",
+        ),
         ((settings, starts, rules), "scenario: starts for 2 agents; accepted are 3"),
         ((settings, thick, rules), "scenario: walls 2 m thick; accepted is 1 m"),
         ((settings, scenario, both), "rules: '.*=>.*' cannot be said in grammar=main"),
@@ -113,9 +120,15 @@ def test_what_is_no_argument_at_all_is_refused_in_the_same_words(settings, rules
     for call, part in (
         (lambda: slcs2.deploy({}, scenario, rules), "settings=dict: accepted is a Settings"),
         (lambda: slcs2.deploy(settings, None, rules), "scenario=NoneType: accepted is a Scenario"),
-        (lambda: slcs2.deploy(settings, scenario, rules.mask), "rules=ndarray: accepted is a RuleSets"),
+        (
+            lambda: slcs2.deploy(settings, scenario, rules.mask),
+            r"policy=ndarray: accepted is a RuleSets, Solution, SavedSolution, DecisionList or BoundPolicy",
+        ),
         (lambda: slcs2.evolve("open"), "settings=str: accepted is a Settings"),
-        (lambda: slcs2.evaluate(settings, "best.npz"), "solution=str: accepted is a SavedSolution"),
+        (
+            lambda: slcs2.evaluate(settings, "best.npz"),
+            r"policy=str: accepted is a RuleSets, Solution, SavedSolution, DecisionList or BoundPolicy",
+        ),
         (lambda: slcs2.load_solution(3), "solution=3: accepted is the path of a file"),
         (lambda: slcs2.read_run(None), "run=null: accepted is the path of a file or folder"),
         (lambda: slcs2.make_scenario(settings, -1), "seed=-1: accepted is a whole number from 0"),

@@ -7,14 +7,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
-from benchmarks import generation, gpu_program, kernels, report, rounds, scaling, throughput
+from benchmarks import environment, generation, gpu_program, kernels, report, rounds, scaling, throughput
 from benchmarks.batch import make_rollout, play
 from benchmarks.rounds import Play, Spread
 from benchmarks.workload import Workload, median_scenario, random_workload, saved_workload, settings_of, with_walls
 from slcs2_jax.config import Compute, InputError
+from slcs2_jax.env import make
 from slcs2_jax.grammar import load_grammar
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -23,6 +25,7 @@ SCRIPTS = {
     "scaling": scaling,
     "generation": generation,
     "kernels": kernels,
+    "environment": environment,
     "gpu_program": gpu_program,
 }
 LIMITS = (20, 35, 50)  # steps of the episodes: one, two and three chunks of 20 steps
@@ -402,3 +405,33 @@ def test_kernels_are_put_down_to_the_innermost_function_of_the_package():
 def test_kernels_in_small(tmp_path):
     _, saved = run("kernels", tmp_path, "--rows", "3")
     assert sum(row["share"] for row in saved["tables"]["open/short"]) == pytest.approx(1)
+
+
+# -- environment -------------------------------------------------------------------------------------------------------
+
+
+def test_random_actions_are_any_of_those_that_the_mask_allows_all_alike():
+    mask = np.array([[True, False, True, True], [False, False, False, True]])
+    keys = jax.random.split(jax.random.key(0), 3000)
+    found = np.asarray(jax.vmap(environment.random_action, (0, None))(keys, mask))
+    counts = np.stack([np.bincount(column, minlength=4) for column in found.T])
+    assert (counts[~mask] == 0).all()
+    assert (abs(counts[0, mask[0]] - 1000) < 120).all()
+
+
+def test_every_size_does_about_as_much_work():
+    sizes = [environment.steps_of(batch, 40_000) for batch in (1, 30, 256, 10**6)]
+    assert sizes == [2000, 1334, 157, 10]
+
+
+@pytest.mark.slow
+def test_environment_steps_of_running_episodes_count_and_no_others(tmp_path):
+    arena = make("open_short", {"swarm.agents": 2, "world.time_limit": 25})
+    stretch = environment.Stretch(arena, 3, 20)  # which has played once
+    assert [stretch.play().steps for _ in range(2)] == [3 * 5, 0]
+    _, saved = run("environment", tmp_path, "--cells", "open/short", "--batch", "2,3", "--work", "40", "--repeats", "2")
+    rows = saved["tables"]["open/short"]
+    assert [(row["batch"], row["steps"]) for row in rows] == [(2, 20), (3, 14)]
+    for row in rows:
+        assert row["env_steps_per_second"]["median"] * 12 == pytest.approx(row["agent_steps_per_second"]["median"])
+        assert row["compile_seconds"] > 0

@@ -1,6 +1,7 @@
 """The console command: what it prints, what it hands to the driver, and one line for any bad input."""
 
 import os
+import shlex
 import subprocess
 import sys
 import types
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 
 from slcs2_jax import __version__, cli, runtime
-from slcs2_jax.config import Rules, Search, Settings, Swarm, World, settings_table
+from slcs2_jax.config import Rules, Search, Settings, Swarm, World, plugins, settings_table
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import RuleSets, load_grammar, random_rules
 from slcs2_jax.results import (
     EvaluationSummary,
@@ -24,7 +26,7 @@ from slcs2_jax.results.sweep import runs_below
 
 
 class Driver(types.ModuleType):
-    """Stands in for evolution/driver.py: keeps what it was called with."""
+    """Stands in for running/driver.py: keeps what it was called with."""
 
     def __init__(self) -> None:
         super().__init__("slcs2_jax.running.driver")
@@ -61,11 +63,11 @@ class Driver(types.ModuleType):
 
 @pytest.fixture
 def driver(monkeypatch, tmp_path):
-    import slcs2_jax.evolution
+    import slcs2_jax.running
 
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
-    monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
+    monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.chdir(tmp_path)
     return stub
@@ -128,7 +130,7 @@ BAD = [
     (["evolve", "swarm.speed=-2"], "swarm.speed=-2: accepted is a finite number from 0.0001 to 1000"),
     (["evolve", "radio.noise_dbm=nan"], "radio.noise_dbm=nan: accepted is a finite number"),
     (["evolve", "radio.noise_dbm=inf"], "radio.noise_dbm=inf: accepted is a finite number"),
-    (["evolve", "radio=[1,2]"], "radio=[1,2]: accepted is one of default"),
+    (["evolve", "radio=[1,2]"], "radio=[1,2]: accepted is a setting of it"),
     (["evolve", "environment=null"], "environment=null: accepted is one of jammed, open"),
     (["evolve", "environment={a:1}"], "environment={a:1}: accepted is one of jammed, open"),
     (["evolve", "~radio"], "~radio: accepted is setting=value"),
@@ -354,6 +356,84 @@ def test_as_a_module(tmp_path):
     done = command("-m", "slcs2_jax", "evolve", "seed=-1", cwd=tmp_path, env=environment())
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "slcs2: error: seed=-1: accepted is a whole number from 0 to 2147483647\n"
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["evolve", "seed=3", "run_dir=it's here/a b"],
+        ["evolve", "-m", "seed=1,2", "environment=open,urban", "run_dir=all"],
+        ["evolve", "-m", "seed=1,2", "hydra/launcher=basic", "run_dir=all"],
+        ["evolve", "run_dir=here", "--config-dir", "my groups", "radio=mine"],
+    ],
+)
+def test_a_recorded_command_can_be_pasted(typed, driver, tmp_path):
+    (tmp_path / "my groups" / "radio").mkdir(parents=True)
+    (tmp_path / "my groups" / "radio" / "mine.yaml").write_text("noise_dbm: -90.0\n")
+    assert cli.main(typed) == 0
+    first, driver.evolved = driver.evolved, []
+    for run in first[0]:
+        name, *again = shlex.split(read_run(run.run_dir).record["command"])
+        assert name == "slcs2"
+        assert cli.main(again) == 0
+        assert driver.evolved == first
+        driver.evolved = []
+
+
+PLUGIN = """
+from slcs2_jax.config.registry import register
+
+
+@register("search", "{name}")
+class Mine:
+    pass
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path):
+    """A module in the current folder that brings a search; its name is the module's."""
+    name = f"slcs2_test_cli_plugin_{tmp_path.name}"
+    (tmp_path / f"{name}.py").write_text(PLUGIN.format(name=name))
+    yield name
+    plugins.forget(name)
+    KINDS["search"].forget(name)
+    sys.modules.pop(name, None)
+
+
+def test_a_plug_in_is_named_recorded_and_asked_for_again(driver, plugin, tmp_path, capfd):
+    assert "accepted is one of slcs2, random" in refused(capfd, "evolve", f"search={plugin}")
+    assert cli.main(["evolve", f"search={plugin}", f"plugins=[{plugin}]", "run_dir=mine"]) == 0
+    [[settings]] = driver.evolved
+    assert (settings.search.name, settings.plugins) == (plugin, (plugin,))
+    capfd.readouterr()
+
+    # as in a new process: the folder alone brings nothing in
+    plugins.forget(plugin)
+    KINDS["search"].forget(plugin)
+    sys.modules.pop(plugin)
+    for command in (["resume", "mine"], ["repeat", "mine"], ["report", "mine"], ["watch", "mine", "once=on"],
+                    ["replay", "mine"], ["rules", "mine"]):  # fmt: skip
+        line = refused(capfd, *command)
+        assert f"needs the plug-in {plugin}" in line
+        assert f"accepted is plugins=[{plugin}], if you trust it" in line
+    assert plugin not in sys.modules
+    assert cli.main(["resume", "mine", f"plugins=[{plugin}]", "generations=501"]) == 0
+    assert driver.evolved[1][0].plugins == (plugin,)
+    capfd.readouterr()
+
+    sys.modules.pop(plugin)
+    with (tmp_path / f"{plugin}.py").open("a") as file:
+        file.write("# changed\n")
+    assert "has changed since" in refused(capfd, "resume", "mine", f"plugins=[{plugin}]")
+
+
+def test_a_plug_in_that_a_group_names_is_not_imported(driver, plugin, tmp_path, capfd):
+    (tmp_path / "groups" / "radio").mkdir(parents=True)
+    (tmp_path / "groups" / "radio" / "theirs.yaml").write_text(f"# @package _global_\nplugins: [{plugin}]\n")
+    line = refused(capfd, "evolve", "--config-dir", "groups", "radio=theirs")
+    assert f"needs the plug-in {plugin}" in line
+    assert plugin not in sys.modules
 
 
 def environment() -> dict[str, str]:

@@ -18,7 +18,7 @@ TINY = ("world.time_limit=200", "swarm.agents=2", "rules.rules=5", "search.fresh
 
 
 class Driver(types.ModuleType):
-    """Stands in for evolution/driver.py: ends every run at once and keeps what it was called with."""
+    """Stands in for running/driver.py: ends every run at once and keeps what it was called with."""
 
     def __init__(self) -> None:
         super().__init__("slcs2_jax.running.driver")
@@ -29,7 +29,7 @@ class Driver(types.ModuleType):
         self.calls.append(list(settings))
         return [self._end(one) for one in settings]
 
-    def deploy_list(self, settings, behaviour, *, deployments, report=None):
+    def deploy_in_runs(self, settings, policy, *, deployments, report=None):
         """Fitness is as the setting and the deployment's number say."""
         self.deployed.append(list(settings))
         kind = types.SimpleNamespace
@@ -66,14 +66,11 @@ class Driver(types.ModuleType):
 
 @pytest.fixture
 def driver(monkeypatch, tmp_path):
-    import slcs2_jax.evolution
+    import slcs2_jax.running
 
     stub = Driver()
     monkeypatch.setitem(sys.modules, stub.__name__, stub)
-    monkeypatch.setattr(slcs2_jax.evolution, "driver", stub, raising=False)
-    deployed = types.ModuleType("slcs2_jax.running.deployed")
-    deployed.deploy_list = stub.deploy_list  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, deployed.__name__, deployed)
+    monkeypatch.setattr(slcs2_jax.running, "driver", stub, raising=False)
     monkeypatch.setattr(runtime, "configure", lambda compute: None)
     monkeypatch.setattr(runtime, "describe_devices", lambda compute: "test")
     monkeypatch.chdir(tmp_path)
@@ -271,6 +268,8 @@ def test_an_experiment_of_ones_own(driver, silent, tmp_path):
         (["contributions", "environment=mars"], "environment=mars: accepted is one of"),
         (["contributions", "instances=0"], "instances=0: accepted is a whole number from 1"),
         (["contributions", "cells=[open_short]"], "'?cells'?"),
+        (["contributions", "experiment.arm={mine: {}}"], "setting=experiment.arm: accepted is one of experiment.name"),
+        (["calibration", "calibration.level={seed: [1]}"], "setting=calibration.level: accepted is one of calibration"),
         (["contributions", "hydra/launcher=cloud"], "hydra/launcher=cloud: accepted is one of"),
         (["contributions", "experiment=designed"], "experiment: given twice"),
         (["contributions", "--all"], "option=--all"),

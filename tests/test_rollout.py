@@ -13,6 +13,7 @@ from slcs2_jax.config import InputError, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.episode import Parameters
 from slcs2_jax.grammar import Grammar, load_grammar, random_rule_sets
 from slcs2_jax.grammar.language import Language
+from slcs2_jax.native import library
 from slcs2_jax.policy.rules import Rules as Compiled
 from slcs2_jax.rollout import LANES, Done, Job, Rollout, Shape
 from slcs2_jax.search import deployment_key
@@ -50,18 +51,22 @@ def scenario(world: str, number: int) -> Scenario:
 
 
 @functools.cache
-def rollout(world: str = "open", *, devices: int = 1, width: int = LANES, chunk: int = 50) -> Rollout:
+def rollout(
+    world: str = "open", *, devices: int = 1, width: int = LANES, chunk: int = 50, engine: str = "auto"
+) -> Rollout:
     """Vacant slots, `width` on each device; kept, because compiling takes seconds. Tests leave them vacant."""
-    used = grammar(world)
+    said = grammar(world)
     shape = Shape(
         agents=AGENTS,
-        channels=len(used.channels_used),
+        channels=len(said.channels_used),
         walls=wall_capacity([scenario(world, number) for number in range(20)]),
     )
-    language = Language.of([used])
+    language = Language.of([said])
     parameters = Parameters.of(SETTINGS[world], language=language)
     like = Compiled.like(RULES, AGENTS, language)
-    return Rollout(parameters, shape, like, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk)
+    return Rollout(
+        parameters, shape, like, slots=devices * width, devices=jax.devices()[:devices], chunk=chunk, engine=engine
+    )
 
 
 @functools.cache
@@ -187,8 +192,21 @@ def test_slots_come_in_whole_lanes_per_device_and_chunks_in_whole_sharing_period
     assert slots.steps_per_chunk == SWARM.sharing_period
 
 
+def test_the_native_chunk_computes_lane_groups_with_a_job_alone():
+    slots = rollout(engine="on")
+    before, lanes = slots.slot_steps, library.lanes()
+    slots.advance()
+    assert slots.slot_steps == before
+    slots.place(slots.vacant()[0], job("open", 0))
+    slots.advance()
+    assert slots.slot_steps - before == lanes * slots.steps_per_chunk
+    assert slots.vacant()[: lanes - 1] == list(range(1, lanes)), "a group is filled before the next one is begun"
+    slots.cancel(0)
+    assert slots.vacant() == list(range(slots.slots))
+
+
 def test_steps_computed_are_counted_for_vacant_slots_too():
-    slots = rollout()
+    slots = rollout(engine="off")
     before = slots.slot_steps
     slots.advance()
     assert slots.slot_steps - before == LANES * slots.steps_per_chunk

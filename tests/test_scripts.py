@@ -54,25 +54,30 @@ def folders(tmp_path_factory) -> tuple[Path, Path]:
     return folder / "evolved", folder / "random"
 
 
+def counterparts(folder: Path) -> list:
+    return [read_run(folder / f"seed_{seed:03d}") for seed in range(INSTANCES)]
+
+
 def test_random_search_spends_the_evaluations_of_the_evolution(folders):
-    evolved, random = (read_run(folder) for folder in folders)
+    evolved = read_run(folders[0])
     assert evolved.summary is not None
-    assert random.summary is not None
-    for one, other in zip(evolved.summary["instances"], random.summary["instances"], strict=True):
-        assert one["seed"] == other["seed"]
+    for instance, random in zip(evolved.summary["instances"], counterparts(folders[1]), strict=True):
+        [other] = random.summary["instances"]
+        assert instance["seed"] == other["seed"]
         # the last solution may be deployed again when the budget is spent
-        assert one["evaluations"] <= other["evaluations"] <= one["evaluations"] + 5
-    assert dataclasses.replace(random.settings, run_dir=evolved.settings.run_dir) == evolved.settings
+        assert instance["evaluations"] <= other["evaluations"] <= instance["evaluations"] + 5
+        assert (random.settings.world, random.settings.search.name) == (evolved.settings.world, "random")
 
 
 def test_every_solution_of_random_search_is_new_and_random(folders):
-    evolved, random = (read_run(folder) for folder in folders)
-    for row in random.rows:
+    runs = counterparts(folders[1])
+    for row in [row for run in runs for row in run.rows]:
         assert (row["parent"], row["copied"], row["explorations"]) == (-1, 0, 0)
+        assert row["fresh"] == 30
         if row["generation"]:
             assert row["novelty"] > 0.5
-    first = [[row["fitness"] for row in run.rows if row["generation"] == 0] for run in (evolved, random)]
-    assert sorted(first[0]) == sorted(first[1]), "both begin with the same random solution"
+    first = [row["fitness"] for row in read_run(folders[0]).rows if row["generation"] == 0]
+    assert first == [run.rows[0]["fitness"] for run in runs], "both begin with the same random solution"
 
 
 def test_a_folder_without_summary_is_refused(folders, tmp_path):
@@ -95,19 +100,10 @@ def test_runs_of_an_experiment_have_counterparts_of_their_own(folders, tmp_path)
     driver.evolve(apart)
     done = run("random_search", tmp_path / "evolved", tmp_path / "random")
     assert done.returncode == 0, done.stderr
-    together = {row["seed"]: row["best"] for row in read_run(folders[1]).rows}
-    for one in apart:
-        found = read_run(str(tmp_path / "random" / f"seed_{one.seed:03d}"))
-        assert found.settings.seed == one.seed
-        assert {row["seed"]: row["best"] for row in found.rows} == {one.seed: together[one.seed]}
-
-
-def test_worlds_of_equal_seed_are_not_mixed():
-    one = SimpleNamespace(path="run", summary={"instances": [{"seed": 3, "evaluations": 5}]})
-    module = script("random_search")
-    assert module.budgets_of([one]) == {3: 5}
-    with pytest.raises(module.InputError, match="seed 3 is there twice"):
-        module.budgets_of([one, one])
+    for together in counterparts(folders[1]):
+        found = read_run(str(tmp_path / "random" / f"seed_{together.settings.seed:03d}"))
+        assert found.settings.seed == together.settings.seed
+        assert [row["best"] for row in found.rows] == [row["best"] for row in together.rows]
 
 
 def test_the_curve_rises_when_a_solutions_last_deployment_is_done():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, cast
 
 from slcs2_jax.config.field import refuse
@@ -13,6 +14,7 @@ class Command(Protocol):
 
     HELP: str  # what `slcs2 NAME --help` prints
     TAKES_SETTINGS: bool  # is the table of settings printed below that?
+    OPTIONS: Sequence[str]  # what it takes as name=value beside settings and plugins=
 
     @staticmethod
     def run(arguments: list[str]) -> int:
@@ -40,6 +42,7 @@ COMMANDS: dict[str, Line] = {
         "RUN [setting=value ...]", "an episode as an animation or a picture: who sent to whom, and what was lost"
     ),
     "rules": Line("RUN", "a solution's rules in words: what they learnt, how they acted, where they came from"),
+    "parts": Line("[KIND]", "what a swarm, its world and its search are made of, and which setting chooses it"),
     "report": Line("FOLDER", "a page to look at; of many runs also tables, figures, verdicts on the paper's claims"),
 }
 

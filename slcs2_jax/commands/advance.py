@@ -42,7 +42,8 @@ def finish(settings: Sequence[Settings], *, as_begun: bool = False) -> list[RunS
     runtime.configure(_compute(going))
     from slcs2_jax.running import driver
 
-    with Progress(max(run.search.generations for run in going)) as report:
+    most = max(run.search.generations for run in going)
+    with Progress(most, afterwards="now fresh deployments of the winners") as report:
         summaries: list[RunSummary] = driver.evolve(settings, report=report, as_begun=as_begun)
     return summaries
 

@@ -1,72 +1,82 @@
-"""slcs2 evaluate: a saved solution, or a behaviour made by hand, in fresh scenarios."""
+"""slcs2 evaluate: a saved solution, or another policy, in fresh scenarios."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from slcs2_jax.commands.options import check_options
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.commands.policies import policy_named
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.errors import InputError, refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
-    from slcs2_jax.results import EvaluationSummary, Report
+    from slcs2_jax.results import EvaluationSummary, SavedSolution
+    from slcs2_jax.running.deployable import Deployable
 
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 evaluate solution=PATH [setting=value ...]: deploy a saved solution in fresh scenarios and print its fitness
-slcs2 evaluate controller=NAME [setting=value ...]: deploy a behaviour made by hand, the same in every agent
+slcs2 evaluate policy=NAME [setting=value ...]: deploy another policy, the same in every agent
 
   solution=PATH     RUN/solutions/instance_000_best.npz
-  controller=NAME   designed, or the path of a text: one rule a line, the first that holds acts (docs/designed.md)
+  policy=NAME       designed; the path of a text: one rule a line, the first that holds acts (docs/designed.md); a
+                    policy's file .npz; or a name that plugins= brings
   deployments=1     episodes in each scenario; whole number >= 1
   instances=30      scenarios; scenario i has seed + i
 What is not given is as it was when the solution evolved; agents, rules and grammar are the solution's own. With a
-controller it is as slcs2 evolve has it. With run_dir=PATH the summary is written there too.
+policy it is as slcs2 evolve has it. With run_dir=PATH the summary is written there too.
 """
+_OWN: dict[str, Any] = {"solution": None, "policy": None, "deployments": 1}
+OPTIONS = tuple(_OWN)
 
 
 def run(arguments: list[str]) -> int:
     """Evaluate what the arguments ask for."""
-    check_options(arguments)
-    from slcs2_jax.config.compose import is_sweep, run_hydra
-
-    if is_sweep(arguments):
+    line = CommandLine.parse(arguments)
+    if line.sweep:
         raise InputError("option -m: not for evaluate; accepted is one value for each setting")
-    given = [name for name in ("solution", "controller") if any(a.startswith(f"{name}=") for a in arguments)]
-    if not given:
+    from slcs2_jax.config.compose import run_hydra
+    from slcs2_jax.config.overlay import deployment_primary
+    from slcs2_jax.config.overrides import text_of
+    from slcs2_jax.results import load_solution
+
+    path, policy = text_of(line.overrides, "solution"), text_of(line.overrides, "policy")
+    if not (path or policy or line.show or line.hydra_help):
         raise InputError(
-            "solution: has no default; accepted is solution=PATH of a file RUN/solutions/*.npz, or controller=NAME"
+            "solution: has no default; accepted is solution=PATH of a file RUN/solutions/*.npz, or policy=NAME"
         )
-    if len(given) > 1:
-        raise InputError("solution: not together with controller; accepted is one of the two")
+    if path and policy:
+        raise InputError("solution: not together with policy; accepted is one of the two")
+    solution = load_solution(path) if path else None
 
     def together(jobs: list[Job]) -> list[float]:
-        return [_evaluate_job(job) for job in jobs]
+        return [_evaluate_job(job, solution) for job in jobs]
 
-    run_hydra("evaluate", arguments, together)
+    evolved = None if solution is None else solution.settings
+    run_hydra(deployment_primary("evaluate", evolved, own=_OWN, instances=30), line, together)
     return 0
 
 
-def _evaluate_job(job: Job) -> float:
+def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     from slcs2_jax import runtime
-    from slcs2_jax.config.overlay import take
+    from slcs2_jax.config.overlay import deployment_settings, take
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_folder import check_free
 
-    config, own = take(job.config, "solution", "controller", "deployments")
+    config, own = take(job.config, *_OWN)
     deployments = _whole_number("deployments", own["deployments"])
-    what = _behaviour(config, own["controller"]) if own["controller"] is not None else _solution(config, own, job)
-    settings = what.settings
+    settings = deployment_settings(config, None if solution is None else solution.settings)
+    policy, of_policy = _policy(own, solution)
     if settings.run_dir is not None:
         check_free(settings.run_dir)
     runtime.configure(settings.compute)
     with Progress(deployments, label="deployment") as report:
-        summary = what.evaluate(deployments, report)
+        from slcs2_jax.running import driver
+
+        summary = driver.evaluate(settings, policy, deployments=deployments, report=report)
     if settings.run_dir is not None:  # made only now: an interrupted evaluation leaves nothing behind
-        record = {**what.record, "deployments": deployments}
+        record = {**of_policy, "deployments": deployments}
         folder = RunFolder.create(settings, device=runtime.describe_devices(settings.compute), record=record)
         folder.write_timing(summary.timing())
         folder.write_summary(summary.to_json())
@@ -74,44 +84,15 @@ def _evaluate_job(job: Job) -> float:
     return -summary.mean
 
 
-class _What(NamedTuple):
-    """What is evaluated: its settings, what the run folder records of it, and how it is done."""
-
-    settings: Settings
-    record: dict[str, Any]
-    evaluate: Callable[[int, Report], EvaluationSummary]
-
-
-def _solution(config: dict[str, Any], own: dict[str, Any], job: Job) -> _What:
-    from slcs2_jax.config.overlay import evaluation_settings
-    from slcs2_jax.results import load_solution
-
-    solution = load_solution(str(own["solution"]))
-    settings = evaluation_settings(solution.settings, config, job.overrides)
-
-    def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.running import driver
-
-        return driver.evaluate(settings, solution, deployments=deployments, report=report)
-
-    return _What(settings, {"solution": str(own["solution"])}, evaluate)
-
-
-def _behaviour(config: dict[str, Any], controller: Any) -> _What:
+def _policy(own: dict[str, Any], solution: SavedSolution | None) -> tuple[Deployable, dict[str, Any]]:
+    """What is evaluated, and what the run folder records of it."""
+    if solution is not None:
+        return solution, {"solution": str(own["solution"])}
     from slcs2_jax.commands.deployed import BEHAVIOUR
-    from slcs2_jax.config import settings_from
-    from slcs2_jax.policy.decision_list import load_decision_list
-    from slcs2_jax.study.collect import CONTROLLER
+    from slcs2_jax.study.collect import POLICY
 
-    behaviour = load_decision_list(str(controller))
-    settings = settings_from(config)
-
-    def evaluate(deployments: int, report: Report) -> EvaluationSummary:
-        from slcs2_jax.running import driver
-
-        return driver.evaluate_list(settings, behaviour, deployments=deployments, report=report)
-
-    return _What(settings, {CONTROLLER: behaviour.name, BEHAVIOUR: behaviour.text}, evaluate)
+    named = policy_named(str(own["policy"]))
+    return named.policy, {POLICY: str(own["policy"]), BEHAVIOUR: named.content}
 
 
 def _whole_number(name: str, value: Any) -> int:

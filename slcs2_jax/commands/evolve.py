@@ -9,24 +9,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slcs2_jax.commands.advance import advance
-from slcs2_jax.commands.options import check_options
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.door import check_below
+from slcs2_jax.config.errors import InputError, refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
 
 TAKES_SETTINGS = True
+OPTIONS = ()
 HELP = """\
 slcs2 evolve [setting=value ...]: evolve rule-sets in one world type; writes a run folder and shows progress on stderr
 
 Choices: environment=open|jammed|urban|urban_jammed  range=short|long  grammar=main|channel|power|both|PATH
+         search=slcs2|ailta|random, and those of your plug-ins: plugins=[my_module]  (slcs2 parts lists all parts)
 Options: -m, --multirun    settings may hold several values (environment=open,urban): one run for every combination,
                            each in a folder of its own below run_dir, advanced together
          --cfg job         print the composed configuration and stop
          --config-dir DIR  look for groups (DIR/radio/mine.yaml: radio=mine) there too
-Hydra is underneath: its override syntax, sweeps and hydra/launcher=... work here.
+         --hydra-help      what of Hydra, which is underneath, works here: override syntax, launchers, sweepers
 With a run_dir that holds the same run already, it goes on where it was interrupted, or further if more generations
 are asked for (slcs2 resume does the same for whole folders).
 Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 143 interrupted.
@@ -35,10 +37,12 @@ Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 
 
 def run(arguments: list[str]) -> int:
     """Evolve what the arguments ask for."""
-    check_options(arguments)
-    from slcs2_jax.config.compose import is_sweep, names_launcher, names_sweeper, run_hydra, without_launcher
+    line = CommandLine.parse(arguments)
+    from slcs2_jax.config.compose import run_hydra
+    from slcs2_jax.config.store import Primary
     from slcs2_jax.results.sweep import write_sweep
 
+    primary = Primary(name="evolve")
     started = datetime.now()
 
     def validate(jobs: list[Job]) -> list[float]:
@@ -47,16 +51,16 @@ def run(arguments: list[str]) -> int:
 
     def together(jobs: list[Job]) -> list[float]:
         settings = _settings_of(jobs, started)
-        if is_sweep(arguments):
+        if line.sweep:
             write_sweep(_sweep_dir(jobs[0], started), settings)
         summaries = advance(settings)
         # Hydra's optimising sweepers minimise
         return [-sum(i.best_fitness for i in summary.instances) / len(summary.instances) for summary in summaries]
 
-    if is_sweep(arguments) and names_launcher(arguments) and not names_sweeper(arguments):
+    if line.sweep and line.names_launcher and not line.names_sweeper:
         # such a launcher starts each run by itself: look at all of them before it starts the first
-        run_hydra("evolve", without_launcher(arguments), validate)
-    run_hydra("evolve", arguments, together)
+        run_hydra(primary, line.without_launcher(), validate)
+    run_hydra(primary, line, together)
     return 0
 
 
@@ -64,12 +68,14 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
     """Every job's settings with its run folder, all of them checked."""
     from slcs2_jax.config import settings_from
     from slcs2_jax.results import check_usable
+    from slcs2_jax.search.slcs2 import check_parts
 
     found: list[Settings] = []
     for job in jobs:
         settings = settings_from(job.config)
         settings = dataclasses.replace(settings, run_dir=_run_dir(settings, job, started))
         _check_grammar(settings)
+        check_parts(settings.search)
         check_usable(settings)
         found.append(settings)
     folders = [settings.run_dir for settings in found]
@@ -85,7 +91,9 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
 def _run_dir(settings: Settings, job: Job, started: datetime) -> str:
     """The run folder: as given, or runs/DATE_TIME_...; in a sweep a folder below that for each combination."""
     if job.label:
-        return str(Path(_sweep_dir(job, started)) / job.label)
+        above = Path(_sweep_dir(job, started))
+        check_below(above, above / job.label)
+        return str(above / job.label)
     if settings.run_dir is not None:
         return settings.run_dir
     grammar = Path(settings.rules.grammar).stem
@@ -104,7 +112,6 @@ def _stamp(started: datetime) -> str:
 
 
 def _check_grammar(settings: Settings) -> None:
-    from slcs2_jax.grammar import load_grammar
+    from slcs2_jax.grammar.grammar import Grammar
 
-    rules = settings.rules
-    load_grammar(rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes)
+    Grammar.of(settings)

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.advance import finish
-from slcs2_jax.commands.options import check_options
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
     from slcs2_jax.config.compose import Job
+    from slcs2_jax.config.store import Primary
+    from slcs2_jax.study.calibrate import Task
     from slcs2_jax.study.experiment import Planned
 
 TAKES_SETTINGS = True
+OPTIONS = ("arm",)
 HELP = """\
 slcs2 experiment NAME [setting=value ...]: an experiment of the paper in its eight cells, then the report on it
 
@@ -36,20 +38,23 @@ Everything advances in one process; hydra/launcher=joblib, submitit_slurm or ray
 (docs/cluster.md).
 Exit code: 0 done, 2 bad input (one line says what), 130 interrupted.
 """
+ROOT = "runs/experiments"  # of all experiments, so that they find each other's runs
 JOBS = "jobs"  # folder below the experiment's
+_NODE = ("name", "title", "arms")
 _OWN = ("experiment", "calibration", "arm", "run_dir")  # in the configuration, and no settings of a run
 
 
 def run(arguments: list[str]) -> int:
     """Run what the arguments ask for, then report on its folder."""
-    from slcs2_jax.config.compose import groups, names_launcher, run_hydra, without_launcher
+    from slcs2_jax.config.compose import run_hydra
+    from slcs2_jax.config.conf import groups, options
 
     name, *rest = arguments or [""]
-    names = sorted({*groups()["experiment"], *_own_experiments(rest)})
+    line = CommandLine.parse(rest)
+    names = sorted({*groups()["experiment"], *(options(line.config_dir / "experiment") if line.config_dir else ())})
     if name not in names:
         raise refuse("experiment", name, "one of " + ", ".join(names) + " (slcs2 experiment --help)")
-    check_options(rest)
-    composed = _arguments(name, rest)
+    primary, line = _primary(name), _over_all_cells(line)
     all_jobs: list[Job] = []
 
     def look(jobs: list[Job]) -> list[float]:
@@ -61,49 +66,51 @@ def run(arguments: list[str]) -> int:
     def together(jobs: list[Job]) -> list[float]:
         look(jobs)
         if name == "calibration":
-            from slcs2_jax.commands.calibration import calibrate
+            from slcs2_jax.study.calibrate import calibrate
 
-            calibrate([split(job) for job in jobs])
+            calibrate([_task(job) for job in jobs])
         else:
             _run([one for job in jobs for one in _planned(job)])
         return [0.0] * len(jobs)
 
-    if "--cfg" in rest or "-c" in rest:
-        run_hydra("experiments", composed, together)
+    if line.show or line.hydra_help:
+        run_hydra(primary, line, together)
         return 0
-    if names_launcher(rest):  # such a launcher starts each cell by itself: look at all of them before the first
-        here = [argument for argument in without_launcher(composed) if not argument.startswith("hydra.sweep.")]
-        run_hydra("experiments", here, look)
-    run_hydra("experiments", composed, together)
+    if line.names_launcher:  # such a launcher starts each cell by itself: look at all of them before the first
+        run_hydra(primary, line.without_launcher(), look)
+    run_hydra(primary, line, together)
     _conclude(name, all_jobs)
     return 0
 
 
-def _own_experiments(rest: Sequence[str]) -> list[str]:
-    """Names of the user's experiments, in the folder of --config-dir."""
-    folders = [Path(value) for option, value in itertools.pairwise(rest) if option in ("-cd", "--config-dir")]
-    return [file.stem for folder in folders for file in (folder / "experiment").glob("*.yaml")]
+def _primary(name: str) -> Primary:
+    """What the experiment's settings are composed from: the experiment has the last word but for the command line."""
+    from slcs2_jax.config import Settings
+    from slcs2_jax.config.store import Primary
+
+    return Primary(
+        name="experiment",
+        settings=Settings(instances=30, run_dir=ROOT),
+        own={"arm": "all"},
+        open=("experiment", "calibration"),
+        last=("experiment", name),
+    )
 
 
-def _arguments(name: str, rest: Sequence[str]) -> list[str]:
-    """What Hydra is asked for: a sweep over all cells, or those that are named."""
-    from slcs2_jax.config.compose import names_launcher
+def _over_all_cells(line: CommandLine) -> CommandLine:
+    """A sweep over all cells, or those that are named."""
     from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 
-    if any(argument.startswith("experiment=") for argument in rest):
+    if line.sets("experiment"):
         raise InputError("experiment: given twice; accepted is slcs2 experiment NAME")
-    if "--cfg" in rest or "-c" in rest:
-        return [f"experiment={name}", *rest]
+    if line.show or line.hydra_help:
+        return line
     cells = {"environment": ENVIRONMENTS, "range": RANGES}
-    every = [
-        f"{key}={','.join(options)}"
-        for key, options in cells.items()
-        if not any(argument.startswith(f"{key}=") for argument in rest)
-    ]
-    if names_launcher(rest) and not any(argument.startswith("hydra.sweep.dir=") for argument in rest):
+    every = [f"{key}={','.join(options)}" for key, options in cells.items() if not line.sets(key)]
+    if line.names_launcher and not line.sets("hydra.sweep.dir"):
         # what such a launcher writes (jobs, logs) belongs where all the machines of a cluster can see it
         every += [f"hydra.sweep.dir='${{run_dir}}/{JOBS}'", "hydra.sweep.subdir=."]
-    return ["-m", f"experiment={name}", *every, *(a for a in rest if a not in ("-m", "--multirun"))]
+    return dataclasses.replace(line, sweep=True, overrides=(*every, *line.overrides))
 
 
 def split(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -112,24 +119,29 @@ def split(job: Job) -> tuple[dict[str, Any], dict[str, Any]]:
     return {key: value for key, value in job.config.items() if key not in own}, own
 
 
+def _task(job: Job) -> Task:
+    from slcs2_jax.study.calibrate import Task
+
+    config, own = split(job)
+    return Task(config, own["calibration"], str(own["run_dir"]))
+
+
 def _look_at(job: Job) -> None:
     """Check everything about a job that can be checked before anything is computed."""
     from slcs2_jax.commands.deployed import check_deployable
-    from slcs2_jax.grammar import load_grammar
+    from slcs2_jax.grammar.grammar import Grammar
     from slcs2_jax.results import check_usable
+    from slcs2_jax.search.slcs2 import check_parts
 
-    config, own = split(job)
-    if "calibration" in own:
-        from slcs2_jax.commands.calibration import tried
-
-        tried(config, own["calibration"])
+    if "calibration" in job.config:
+        _ = _task(job).points
         return
     for one in _planned(job):
-        if one.controller is not None:
+        if one.policy is not None:
             check_deployable(one)
             continue
-        rules = one.settings.rules
-        load_grammar(rules.grammar, max_clauses=rules.max_clauses, single_option_consumes=rules.single_option_consumes)
+        Grammar.of(one.settings)
+        check_parts(one.settings.search)
         check_usable(one.settings)
 
 
@@ -137,11 +149,12 @@ def _planned(job: Job) -> list[Planned]:
     from slcs2_jax.study.experiment import Experiment, plan
 
     config, own = split(job)
+    unknown = sorted(set(own["experiment"]) - set(_NODE))
+    if unknown:
+        raise refuse("setting", f"experiment.{unknown[0]}", "one of experiment." + ", experiment.".join(_NODE))
     experiment = Experiment.of(own["experiment"])
     runs = plan(str(own["run_dir"]), config, experiment, experiment.chosen(str(own["arm"])))
-    return [
-        one if one.controller is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs
-    ]
+    return [one if one.policy is not None else dataclasses.replace(one, settings=_begun(one.settings)) for one in runs]
 
 
 def _begun(settings: Settings) -> Settings:
@@ -162,20 +175,25 @@ def _run(planned: Sequence[Planned]) -> None:
     """Make all runs, in one batch where they can share one."""
     from slcs2_jax.commands.deployed import deploy
 
-    deploy([one for one in planned if one.controller is not None])
-    evolved = [one.settings for one in planned if one.controller is None]
+    deploy([one for one in planned if one.policy is not None])
+    evolved = [one.settings for one in planned if one.policy is None]
     if evolved:
         finish(evolved)
 
 
 def _conclude(name: str, jobs: Sequence[Job]) -> None:
     """What the folder holds now, all of it: other experiments' runs too."""
-    root = str(jobs[0].config["run_dir"])
-    if name == "calibration":
-        from slcs2_jax.commands.calibration import conclude
-
-        conclude(root, [split(job) for job in jobs])
-    else:
+    if name != "calibration":
         from slcs2_jax.commands.report import report_on
 
-        report_on(root)
+        report_on(str(jobs[0].config["run_dir"]))
+        return
+    from slcs2_jax.study.calibrate import conclude
+
+    found = conclude([_task(job) for job in jobs])
+    if not found.drawn:
+        print("no figure: it needs matplotlib, the extra plot")
+    for fit in found.fits[:5]:
+        misfit = "unknown" if fit.misfit is None else f"{fit.misfit:.3f}"
+        print(f"misfit {misfit}  {fit.point.kind:7}  {fit.point.name}")
+    print(f"table {terminal(str(found.table))}", flush=True)

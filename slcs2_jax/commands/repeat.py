@@ -14,6 +14,7 @@ from slcs2_jax.config.door import present, reading
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.results.files import names_in, storing
 
 if TYPE_CHECKING:
@@ -29,14 +30,14 @@ Settings, grammar, batch width and seeds are those that FOLDER records.
   compute.devices=N     how many devices are used now; their number changes no bit
 Exit code: 0 every file of the results is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
 """
-_ACCEPTED = ("into", "compute.devices", "compute.cache")
+OPTIONS = ("into", "compute.devices", "compute.cache")
 _NOT_MATCHED = 3
 _LARGEST = 2**50  # bytes of a file that is compared; no more of it is read than the repeated one has
 
 
 def run(arguments: list[str]) -> int:
     """Repeat what the folder records."""
-    name, changes = folder_and_changes("repeat", arguments, _ACCEPTED)
+    name, changes = folder_and_changes("repeat", arguments, OPTIONS)
     from slcs2_jax.results.run_config import read_config
     from slcs2_jax.results.run_folder import check_free, read_grammar
 
@@ -59,8 +60,7 @@ def _check_repeatable(folder: Path, config: RunConfig) -> None:
     label = f"folder={show(str(folder))}"
     if not config.evolves:
         raise InputError(f"{label}: holds an evaluation; accepted is a run of evolution")
-    if config.record.get("search") != "Search":
-        raise InputError(f"{label}: was made by the search {config.record.get('search')}; accepted is a run of evolve")
+    KINDS["search"].get(config.settings.search.name)
     if read_summary(folder, config) is None:
         raise InputError(f"{label}: is not finished; accepted is a finished run (slcs2 resume {folder} finishes it)")
 
@@ -83,8 +83,8 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
 
     device = runtime.describe_devices(settings.compute)
     if changes := config.changes(device):
-        print(f"{changes}: the same bytes are not to be expected")
-    record = {"width": config.record["width"], "search": "Search"}
+        print(f"{terminal(changes)}: the same bytes are not to be expected")
+    record = {"width": config.record["width"]}
     RunFolder.open(settings, device=device, grammar_text=lambda: grammar, record=record).close()
     with Progress(settings.search.generations) as report:
         driver.evolve([settings], report=report, as_begun=True)
@@ -107,7 +107,8 @@ def _compare(one: Path, other: Path) -> int:
 
 def _files(folder: Path) -> dict[str, Path]:
     """The files of the results by name. Raises InputError if one of them is a link or the like."""
-    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SOLUTIONS, SUMMARY
+    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
+    from slcs2_jax.results.saved import SOLUTIONS
 
     names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY) if present(folder / name)]
     solutions = names_in(folder / SOLUTIONS, inside=folder)

@@ -1,4 +1,4 @@
-"""slcs2 replay: an episode as an animation, or a span of it as a picture."""
+"""slcs2 replay: an episode as an animation, a span of it as a picture, or all of it as a table."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
-from slcs2_jax.config.errors import InputError
+from slcs2_jax.commands.policies import policy_named
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
-from slcs2_jax.config.field import refuse
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -22,29 +23,31 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
-slcs2 replay controller=NAME [...]: of a behaviour made by hand
+slcs2 replay policy=NAME [...]: of another policy
 
 By default the best solution, in the world where it evolved, as an animation. Settings change the world: another
 environment, range, seed, ...
 
   instance=0          of the run
   member=best         best, or the number of a member of the collection
-  controller=NAME     what acts in the place of the solution: designed, or the path of a text (docs/designed.md)
-  beside=NAME         shown in the same world, below the first: designed, or the path of a text
+  policy=NAME         what acts in the place of the solution: designed, the path of a text (docs/designed.md), a
+                      policy's file .npz, or a name that plugins= brings
+  beside=NAME         shown in the same world, below the first: likewise
   deployment=0        which of the fresh deployments in this world
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
                       paths: the way of every agent
   field=none          none, power or sinr: mean received power or SINR of the strongest sender, as a map under the rest
-  start=0 end=auto    the span, time-steps; auto: the end of the episode
+  start=0 end=auto    the span, time-steps; auto: the end of the episode. Later ones are not computed
   every=auto          time-steps from frame to frame; auto: so that there are about 300 frames
   fps=20              frames per second
   out=FILE            a new file: .gif or .mp4 of an animation; .png, .svg or .pdf of the others. Without it,
-                      replay.gif, layout.png or paths.png
+                      replay.gif, layout.png or paths.png. With .csv or .parquet, a table instead of a picture: who was
+                      where at each time-step, sent a packet to whom, with what fate, by which rule
 """
 _DEFAULTS: dict[str, Any] = {
     "instance": 0,
     "member": "best",
-    "controller": None,
+    "policy": None,
     "beside": None,
     "deployment": 0,
     "picture": "animation",
@@ -55,6 +58,8 @@ _DEFAULTS: dict[str, Any] = {
     "fps": 20,
     "out": None,
 }
+OPTIONS = tuple(_DEFAULTS)
+_TABLES = (".csv", ".parquet")
 _FRAMES = 300
 _MOST_FRAMES = 5000
 _MOST_FPS = 100
@@ -63,14 +68,15 @@ _MOST_FPS = 100
 def run(arguments: list[str]) -> int:
     """Show the episode that the arguments ask for."""
     subjects, options, assignments = told_apart(arguments, _DEFAULTS)
-    if len(subjects) > 1 or not (subjects or options["controller"]):
-        raise InputError("replay: accepted is slcs2 replay RUN, or controller=NAME (slcs2 replay --help)")
+    if len(subjects) > 1 or not (subjects or options["policy"]):
+        raise InputError("replay: accepted is slcs2 replay RUN, or policy=NAME (slcs2 replay --help)")
     one_of("picture", options["picture"], ("animation", "layout", "paths"))
     one_of("field", options["field"], ("none", "power", "sinr"))
     out = _output(options["out"], options["picture"])
     for name, most in (("end", None), ("every", None), ("fps", _MOST_FPS)):
         _whole(name, options[name], most)
     from slcs2_jax.config.compose import Job, run_hydra
+    from slcs2_jax.config.overlay import deployment_primary
 
     solution = look_at(subjects[0], options["instance"], options["member"]) if subjects else None
 
@@ -79,12 +85,22 @@ def run(arguments: list[str]) -> int:
             _show(solution, job, options, out)
         return [0.0] * len(jobs)
 
-    run_hydra("evaluate", assignments, together)
+    evolved = None if solution is None else solution.settings
+    seed = 0 if solution is None else solution.instance_seed
+    run_hydra(deployment_primary("replay", evolved, own={}, seed=seed), CommandLine.parse(assignments), together)
     return 0
 
 
 def _output(said: str | None, picture: str) -> Path:
-    """Where the picture goes; refuses a format that cannot be written before anything is computed."""
+    """Where the picture or table goes; refuses a format that cannot be written before anything is computed."""
+    if said is not None and Path(said).suffix in _TABLES:
+        table = new_file(said)
+        assert table is not None
+        if table.suffix == ".parquet":
+            from slcs2_jax.looking.trace import parquet_writer
+
+            parquet_writer()
+        return table
     try:
         from slcs2_jax.looking import animation, drawing
     except ImportError as error:
@@ -95,7 +111,8 @@ def _output(said: str | None, picture: str) -> Path:
     assert path is not None
     suffixes = animation.SUFFIXES if picture == "animation" else drawing.SUFFIXES
     if path.suffix not in suffixes:
-        raise refuse("out", str(path), f"a file whose name ends in {' or '.join(suffixes)} for picture={picture}")
+        ends = " or ".join((*suffixes, *_TABLES))
+        raise refuse("out", str(path), f"a file whose name ends in {ends} for picture={picture}")
     if path.suffix == ".mp4":
         animation.find_encoder()
     return path
@@ -112,21 +129,17 @@ def _whole(name: str, said: Any, most: int | None = None) -> None:
 
 
 def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out: Path) -> None:
-    from slcs2_jax.config.overlay import evaluation_settings, take
-    from slcs2_jax.config.schema import settings_from
+    from slcs2_jax.config.overlay import deployment_settings
 
-    config, _ = take(job.config, "solution", "controller", "deployments")
-    settings = (
-        settings_from(config) if solution is None else evaluation_settings(solution.settings, config, job.overrides)
-    )
-    own_seed = solution is not None and not any(override.startswith("seed=") for override in job.overrides)
-    seed = solution.instance_seed if solution is not None and own_seed else settings.seed
+    settings = deployment_settings(job.config, None if solution is None else solution.settings)
+    seed = settings.seed
     titles, recordings = [], []
     for title, compute in _episodes(solution, settings, seed, options):
         recordings.append(_computed(compute, title))
+        one = recordings[-1]
+        figure = f"fitness {one.fitness:.3f}" if one.ended else f"the first {one.steps} steps"
         titles.append(
-            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, "
-            f"fitness {recordings[-1].fitness:.3f}"
+            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, {figure}"
         )
         print(terminal(titles[-1]), flush=True)
     _write(recordings, titles, options, out)
@@ -136,16 +149,17 @@ def _episodes(
     solution: SavedSolution | None, settings: Settings, seed: int, options: dict[str, Any]
 ) -> list[tuple[str, Compute]]:
     """What is to be shown: titles, and how each is computed."""
-    from slcs2_jax.looking.solutions import replay, replay_list
-    from slcs2_jax.policy.decision_list import load_decision_list
+    from slcs2_jax.looking.solutions import replay
 
-    place = {"seed": seed, "deployment": options["deployment"]}
+    steps = None if options["end"] == "auto" else int(options["end"])
+    place = {"seed": seed, "deployment": options["deployment"], "steps": steps}
     found: list[tuple[str, Compute]] = []
-    if options["controller"] is None and solution is not None:
+    if options["policy"] is None and solution is not None:
         found.append(("evolved", partial(replay, solution, settings, **place)))
-    for name in (options["controller"], options["beside"]):
+    for name in (options["policy"], options["beside"]):
         if name is not None:
-            found.append((Path(name).stem, partial(replay_list, load_decision_list(name), settings, **place)))
+            named = policy_named(name)
+            found.append((terminal(named.title), partial(replay, named.policy, settings, **place)))
     return found
 
 
@@ -162,6 +176,12 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
     start = options["start"]
     if not start < end <= steps:
         raise InputError(f"start={start} end={end}: accepted are 0 <= start < end <= {steps}, the steps of the episode")
+    if out.suffix in _TABLES:
+        from slcs2_jax.looking.trace import write_trace
+
+        rows = write_trace(out, recordings, titles, start=start, end=end)
+        print(f"table {terminal(str(out))}: {rows} rows", flush=True)
+        return
     field = None if options["field"] == "none" else options["field"]
     if options["picture"] != "animation":
         from slcs2_jax.looking.drawing import own_style, write_figure

@@ -15,12 +15,13 @@ slcs2 resume FOLDER [setting=value ...]: go on with the run in FOLDER, or with a
 Every run that was interrupted goes on from where it was saved, all of them in one batch, and ends with the same bytes
 in its results as if it had never been interrupted. Repeating the command that started them does the same.
 
+  plugins=[MODULE]      those that the runs were begun with, if any
   generations=N         go further than was asked for before: the same as if N generations had been asked for at once
   compute.devices=N     what of the machine is used now: devices and cache; nothing else of a run can be changed
   checkpoint.seconds=S  how often runs are saved from now on: seconds and generations
 Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 143 interrupted again.
 """
-_ACCEPTED = (
+OPTIONS = (
     "generations",
     "compute.devices",
     "compute.cache",
@@ -31,7 +32,7 @@ _ACCEPTED = (
 
 def run(arguments: list[str]) -> int:
     """Go on with what is below the folder."""
-    folder, changes = folder_and_changes("resume", arguments, _ACCEPTED)
+    folder, changes = folder_and_changes("resume", arguments, OPTIONS)
     from slcs2_jax.results.sweep import runs_below
 
     passed: list[str] = []

@@ -36,6 +36,7 @@ _DEFAULTS: dict[str, Any] = {
     "format": "text",
     "out": None,
 }
+OPTIONS = tuple(_DEFAULTS)
 
 
 def run(arguments: list[str]) -> int:

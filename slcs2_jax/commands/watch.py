@@ -32,6 +32,7 @@ left (Ctrl-C) at any time, on any machine that sees the folder.
   once=off          on: look once and end
 """
 _DEFAULTS: dict[str, Any] = {"every": 2, "once": False}
+OPTIONS = tuple(_DEFAULTS)
 _STATES = ("running", "interrupted", "waiting", "finished")  # in this order from above
 _FRAME = 7  # lines of a terminal that are not rows of the table
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slcs2_jax.commands.options import check_options
+from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.config.compose import Job
     from slcs2_jax.world.layout import Floats, Scenario
 
 TAKES_SETTINGS = True
+OPTIONS = ("save",)
 HELP = """\
 slcs2 world [setting=value ...] [save=FILE]: say what is in the world of a seed, and write it to a file
 
@@ -25,27 +27,29 @@ SAVE = "save="
 
 def run(arguments: list[str]) -> int:
     """Describe the world that the arguments ask for, and save it."""
-    check_options(arguments)
-    from slcs2_jax.config.compose import is_sweep, run_hydra
+    line = CommandLine.parse(arguments)
+    from slcs2_jax.config.compose import run_hydra
+    from slcs2_jax.config.store import Primary
 
-    if is_sweep(arguments):
+    if line.sweep:
         raise InputError("option -m: not for world; accepted is one value for each setting")
-    files = [argument.removeprefix(SAVE) for argument in arguments if argument.startswith(SAVE)]
+    files = [argument.removeprefix(SAVE) for argument in line.overrides if argument.startswith(SAVE)]
     out = _new_file(files[-1]) if files else None
 
     def together(jobs: list[Job]) -> list[float]:
         _show(jobs[0], out)
         return [0.0]
 
-    run_hydra("evolve", [argument for argument in arguments if not argument.startswith(SAVE)], together)
+    run_hydra(Primary(name="world"), line.without(SAVE), together)
     return 0
 
 
 def _new_file(text: str) -> Path:
+    from slcs2_jax.config.door import present
     from slcs2_jax.config.world_text import SUFFIXES
 
     path = Path(text)
-    if path.suffix not in SUFFIXES or path.exists() or not path.parent.is_dir():
+    if path.suffix not in SUFFIXES or present(path) or not path.parent.is_dir():
         raise InputError(f"save={text}: accepted is a new file .yaml in a folder that exists")
     return path
 
@@ -61,7 +65,7 @@ def _show(job: Job, out: Path | None) -> None:
     print("\n".join(_lines(scenario)))
     if out is not None:
         write_text(out, scenario_text(scenario))
-        print(f"world {out}", flush=True)
+        print(f"world {terminal(str(out))}", flush=True)
 
 
 def _lines(scenario: Scenario) -> list[str]:

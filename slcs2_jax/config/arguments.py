@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TypeVar
 
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.errors import refuse
 
 Kind = TypeVar("Kind")
 

@@ -1,13 +1,10 @@
-"""Hydra underneath: compose configurations, one or many, from conf/ and overrides; its complaints become one line.
+"""Hydra underneath: compose configurations, one or many, from the settings, conf/ and the command line.
 
 Nothing here knows what a run is: `run_hydra` hands every job's plain mapping to a function of the caller.
 """
 
 from __future__ import annotations
 
-import os
-import re
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -15,20 +12,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.complaints import as_input_error
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
-from slcs2_jax.config.world_text import by_path, with_world_text
+from slcs2_jax.config import invocation, plugins
+from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.conf import conf_dir, groups, options
+from slcs2_jax.config.errors import InputError, show
+from slcs2_jax.config.overrides import Checker
+from slcs2_jax.config.store import BY_VALUE, CHOICES, Primary
+from slcs2_jax.config.world_text import with_world_text
 
 Together = Callable[[list["Job"]], list[float]]
 
-# Hydra's options that are passed on, and those that are followed by a value
-FLAGS = frozenset({"-m", "--multirun", "--hydra-help"})
-FLAGS_WITH_VALUE = frozenset({"-c", "--cfg", "-cd", "--config-dir"})
-CFG_VALUES = ("job", "hydra", "all")
-
-_LAUNCHER_KEYS = ("hydra/launcher=", "hydra.launcher.", "+hydra.launcher.", "++hydra.launcher.")
-_SWEEPER_KEYS = ("hydra/sweeper=", "hydra.sweeper.", "+hydra.sweeper.", "++hydra.sweeper.")
+# In the name of a run of a sweep the value says it all.
+_SAY_VALUE_ALONE = frozenset((*CHOICES, *BY_VALUE.values(), "acceptance"))
 
 
 @dataclass(frozen=True)
@@ -37,7 +32,7 @@ class Job:
 
     Attributes:
         config: nested mapping of plain values, everything resolved.
-        overrides: what the command line set for this job, as typed.
+        overrides: what the command line set for this job, as Hydra has it.
         label: name of this job among those of a sweep, "" outside of one.
     """
 
@@ -46,95 +41,66 @@ class Job:
     label: str
 
 
-def conf_dir() -> Path:
-    """The folder conf/: inside the package when installed from a wheel, beside it in a checkout."""
-    package = Path(__file__).resolve().parent.parent
-    for folder in (package / "conf", package.parent / "conf"):
-        if (folder / "evolve.yaml").is_file():
-            return folder
-    raise InputError(f"conf={package / 'conf'}: not found; accepted is an installation with the project's conf folder")
-
-
-def run_hydra(config_name: str, arguments: Sequence[str], together: Together) -> None:
-    """Compose the configuration(s) that the arguments ask for and give them to `together`.
+def run_hydra(primary: Primary, line: CommandLine, together: Together) -> None:
+    """Compose the configuration(s) that the command line asks for and give them to `together`, or print what it asks.
 
     Args:
-        config_name: primary configuration in conf/, without suffix.
-        arguments: overrides and Hydra's own options (-m for a sweep).
+        primary: what is composed from.
+        line: the command line.
         together: runs jobs and returns a number for each (what an optimising sweeper would minimise). With the launcher
             of this project one call gets all the jobs of a sweep; with any other launcher one call gets one job.
 
     Raises:
-        InputError: for whatever Hydra cannot compose.
+        InputError: for whatever cannot be composed.
     """
-    from hydra import main as hydra_main
+    with tempfile.TemporaryDirectory(prefix="slcs2-") as scratch, _hydra(primary, line, scratch):
+        overrides, swept = Checker(primary, _groups(primary, line), _hydra_options).check(
+            line.overrides, sweep=line.sweep
+        )
+        if line.hydra_help:
+            print(_hydra_help(), end="", flush=True)
+        elif line.show:
+            print(_shown(primary, overrides, line.show), end="", flush=True)
+        elif line.sweep:
+            _sweep(primary, line, overrides, swept, together)
+        else:
+            with _complaints_in_one_line():
+                from hydra import compose
+
+                job = make_job(compose(primary.name, overrides), overrides, None)
+            together([job])
+
+
+def _sweep(primary: Primary, line: CommandLine, overrides: list[str], swept: Sequence[str], together: Together) -> None:
+    """Let Hydra's sweeper and launcher make the jobs and run them, perhaps in other processes."""
+    from hydra.core.global_hydra import GlobalHydra
     from hydra.core.hydra_config import HydraConfig
-    from hydra.types import RunMode
 
-    arguments = [_quoted(_grammar_by_path(by_path(argument))) for argument in arguments]
-    single: list[Job | Exception] = []
     own: list[BaseException] = []  # errors of `together`, as opposed to Hydra's
+    command, modules = invocation.command(), plugins.named_in(line.overrides)
 
-    with _complaints_in_one_line(arguments, own):
-        swept = _checked_overrides(arguments)
+    def run(jobs: list[Job]) -> list[float]:
+        if not jobs:
+            raise InputError("option -m: no combination of values; accepted are values that exist")
+        try:
+            return together(jobs)
+        except Exception as error:
+            own.append(error)
+            raise
 
-        def run(jobs: list[Job]) -> list[float]:
-            try:
-                return together(jobs)
-            except Exception as error:
-                own.append(error)
-                raise
+    def task(config: Any) -> float:
+        invocation.remember(command)
+        plugins.load(modules)  # in the process of a launcher they are not there yet
+        return run([make_job(config, HydraConfig.get().overrides.task, swept)])[0]
 
-        def task(config: Any) -> float:
-            hydra = HydraConfig.get()
-            if hydra.mode == RunMode.MULTIRUN:
-                return run([make_job(config, hydra.overrides.task, swept)])[0]
-            try:  # and run it below: Hydra writes a line of its own about any error inside a task
-                single.append(make_job(config, hydra.overrides.task, None))
-            except Exception as error:
-                single.append(error)
-            return 0.0
+    def sweep(jobs: list[tuple[Any, Sequence[str]]]) -> list[float]:
+        return run([make_job(config, overrides, swept) for config, overrides in jobs])
 
-        def sweep(jobs: list[tuple[Any, Sequence[str]]]) -> list[float]:
-            return run([make_job(config, overrides, swept) for config, overrides in jobs])
-
-        task.together = sweep  # type: ignore[attr-defined]
-        with tempfile.TemporaryDirectory(prefix="slcs2-") as scratch, _arguments_for_hydra(arguments, scratch):
-            hydra_main(config_path=str(conf_dir()), config_name=config_name, version_base="1.3")(task)()
-        for result in single:
-            if isinstance(result, Exception):
-                raise result
-    if single:
-        together([job for job in single if isinstance(job, Job)])
-
-
-def groups() -> dict[str, list[str]]:
-    """The groups of conf/ and their options."""
-    return {
-        folder.name: sorted(file.stem for file in folder.glob("*.yaml"))
-        for folder in sorted(conf_dir().iterdir())
-        if folder.is_dir()
-    }
-
-
-def is_sweep(arguments: Sequence[str]) -> bool:
-    """Do the arguments ask for several jobs?"""
-    return "-m" in arguments or "--multirun" in arguments
-
-
-def names_launcher(arguments: Sequence[str]) -> bool:
-    """Does the command line choose how jobs are launched, other than by this project's launcher?"""
-    return any(a.startswith(_LAUNCHER_KEYS) and a != "hydra/launcher=batched" for a in arguments)
-
-
-def names_sweeper(arguments: Sequence[str]) -> bool:
-    """Does the command line choose another sweeper than Hydra's basic one?"""
-    return any(a.startswith(_SWEEPER_KEYS) for a in arguments)
-
-
-def without_launcher(arguments: Sequence[str]) -> list[str]:
-    """The arguments with every choice of a launcher left out."""
-    return [a for a in arguments if not a.startswith(_LAUNCHER_KEYS)]
+    task.together = sweep  # type: ignore[attr-defined]
+    hydra = GlobalHydra.instance().hydra
+    assert hydra is not None
+    with _complaints_in_one_line(own, elsewhere=line.names_launcher):
+        hydra.multirun(primary.name, task, overrides, with_log_configuration=False)
 
 
 def make_job(config: Any, overrides: Sequence[str], swept: Sequence[str] | None) -> Job:
@@ -163,106 +129,82 @@ def _label(overrides: Sequence[str], swept: Sequence[str] | None) -> str:
     return "_".join(parts) or "all"
 
 
-_SAY_VALUE_ALONE = frozenset({"environment", "range", "grammar", "rules.grammar", "acceptance"})
+def _groups(primary: Primary, line: CommandLine) -> dict[str, list[str]]:
+    """The groups that the command takes, with their options in conf/ and in the user's folder."""
+    here, theirs = groups(), line.config_dir
+    found = {name: set(here.get(name, ())) for name in primary.groups()}
+    for folder in sorted(theirs.iterdir()) if theirs else ():
+        if folder.is_dir():
+            found[folder.name] = found.get(folder.name, set()) | set(options(folder))
+    return {name: sorted(names) for name, names in found.items()}
 
 
-def _grammar_by_path(argument: str) -> str:
-    """grammar=some/file.bnf is no option of the group grammar: it sets the value that the options of the group set."""
-    key, equals, value = argument.partition("=")
-    is_path = any(mark in value for mark in ("/", ".", os.sep))
-    return f"rules.grammar={value}" if key == "grammar" and equals and is_path else argument
+def _hydra_options(group: str) -> list[str]:
+    from hydra.core.global_hydra import GlobalHydra
 
-
-def _overrides_of(arguments: Sequence[str]) -> list[str]:
-    """The arguments that are neither options nor the values of options."""
-    pairs = zip(["", *arguments], arguments, strict=False)
-    return [a for before, a in pairs if not a.startswith("-") and before not in FLAGS_WITH_VALUE]
-
-
-def _checked_overrides(arguments: Sequence[str]) -> list[str]:
-    """The keys that are swept. Refuses what Hydra would take, or fail at, without a word about the setting."""
-    from hydra.core.override_parser.overrides_parser import OverridesParser
-
-    options = groups()
-    swept = []
-    for override in OverridesParser.create().parse_overrides(_overrides_of(arguments)):
-        key = override.key_or_group
-        if override.is_delete():
-            raise InputError(f"{override.input_line}: accepted is setting=value; no setting can be taken away")
-        if override.is_sweep_override():
-            swept.append(key)
-        elif key in options and not isinstance(override.value(), str):
-            value = override.get_value_element_as_str()
-            raise refuse(key, value, "one of " + ", ".join(options[key]))
-    return [key for key in swept if not key.startswith("hydra")]
-
-
-def _quoted(argument: str) -> str:
-    """A path that holds what Hydra's grammar would read as syntax, in the quotes that keep it whole."""
-    key, equals, value = argument.partition("=")
-    plain = not set(value) & set("=(){}[]:;#&!~ '\"") or value[:1] in "'\"" or "${" in value
-    if key not in ("solution", "run_dir", "world.file") or not equals or plain:
-        return argument
-    # a backslash is itself, except before the quote that ends the text or stands in it
-    escaped = re.sub(r"(\\*)(')", r"\1\1\\\2", value)
-    escaped = re.sub(r"(\\+)$", r"\1\1", escaped)
-    return f"{key}='{escaped}'"
+    return sorted(GlobalHydra.instance().config_loader().get_group_options(group))
 
 
 @contextmanager
-def _arguments_for_hydra(arguments: Sequence[str], scratch: str) -> Iterator[None]:
-    """Hydra reads sys.argv and, with HYDRA_FULL_ERROR=1, raises instead of printing; both are put back afterwards.
+def _hydra(primary: Primary, line: CommandLine, scratch: str) -> Iterator[None]:
+    """Hydra with the command's configuration in its store.
 
     What its sweeper writes (multirun.yaml, empty job folders) goes to a scratch folder unless the user names one.
     """
-    extra = (
-        []
-        if any("hydra.sweep.dir=" in a for a in arguments)
-        else [f"hydra.sweep.dir='{scratch}'", "hydra.sweep.subdir=."]
-    )
-    saved, full_error = sys.argv, os.environ.get("HYDRA_FULL_ERROR")
-    options, overrides = _apart(arguments)
-    sys.argv = [saved[0] if saved else "slcs2", *options, *overrides, *extra]
-    os.environ["HYDRA_FULL_ERROR"] = "1"
-    try:
+    from hydra import initialize_config_dir
+    from hydra.core.config_store import ConfigStore
+
+    node = primary.node([f"file://{line.config_dir}"] if line.config_dir else ())
+    node["hydra"]["sweep"] = {"dir": scratch, "subdir": "."}
+    ConfigStore.instance().store(name=primary.name, node=node, provider="slcs2_jax")
+    with initialize_config_dir(version_base="1.3", config_dir=str(conf_dir()), job_name="slcs2"):
         yield
-    finally:
-        sys.argv = saved
-        if full_error is None:
-            del os.environ["HYDRA_FULL_ERROR"]
-        else:
-            os.environ["HYDRA_FULL_ERROR"] = full_error
 
 
-def _apart(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Options with their values, and overrides: argparse takes no overrides on both sides of an option."""
-    options: list[str] = []
-    overrides: list[str] = []
-    rest = list(arguments)
-    while rest:
-        argument = rest.pop(0)
-        if argument in FLAGS_WITH_VALUE:
-            options += [argument, *rest[:1]]
-            del rest[:1]
-        else:
-            (options if argument.startswith("-") else overrides).append(argument)
-    return options, overrides
+def _shown(primary: Primary, overrides: list[str], what: str) -> str:
+    """The composed configuration in YAML: of the job, Hydra's own, or both."""
+    from hydra import compose
+    from omegaconf import OmegaConf
+
+    with _complaints_in_one_line():
+        config = compose(primary.name, overrides, return_hydra_config=what != "job")
+        return OmegaConf.to_yaml(OmegaConf.create({"hydra": config.hydra}) if what == "hydra" else config)
+
+
+def _hydra_help() -> str:
+    """What of Hydra is accepted here."""
+    import hydra
+
+    return (
+        f"Hydra {hydra.__version__} composes the settings. Of its options these are accepted:\n"
+        "  -m, --multirun          every combination of the values that settings have\n"
+        "  --cfg job|hydra|all     print the composed configuration and stop\n"
+        "  --config-dir DIR        look for groups there too: DIR/radio/mine.yaml is radio=mine\n"
+        f"  hydra/launcher=NAME     of a sweep: {', '.join(_hydra_options('hydra/launcher'))}\n"
+        f"  hydra/sweeper=NAME      of a sweep: {', '.join(_hydra_options('hydra/sweeper'))}\n"
+        "and settings of Hydra's own, hydra.launcher.n_jobs=4 (--cfg hydra shows them).\n"
+        "Values: seed=1; with -m also seed=1,2,3 or seed=range(1,4); name='a text', name=[a,list], name=null.\n"
+    )
 
 
 @contextmanager
-def _complaints_in_one_line(arguments: Sequence[str], own: Sequence[BaseException]) -> Iterator[None]:
-    """Whatever goes wrong in Hydra comes from the arguments; what the caller's function raised passes as it is."""
+def _complaints_in_one_line(own: Sequence[BaseException] = (), *, elsewhere: bool = False) -> Iterator[None]:
+    """Whatever goes wrong in Hydra comes from the command line; what the caller's function raised passes as it is."""
     from hydra.errors import HydraException
-    from omegaconf.errors import OmegaConfBaseException
-    from yaml import YAMLError  # type: ignore[import-untyped]
+    from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
+    from yaml import YAMLError
 
     try:
         yield
     except InputError:
         raise
+    except MissingMandatoryValue as error:
+        raise InputError(f"{error.full_key}: has no default; accepted is {error.full_key}=VALUE") from None
     except Exception as error:
         # a job of another launcher may have failed in another process: then the error is none that Hydra would raise
-        elsewhere = is_sweep(arguments) and names_launcher(arguments)
         if error in own or (elsewhere and not isinstance(error, HydraException | OmegaConfBaseException | YAMLError)):
             raise
-        raise as_input_error(error, arguments, groups()) from None
+        key = getattr(error, "full_key", None)
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        text = "; ".join(line for line in lines if not line.startswith(("See http", "full_key:", "object_type=")))[:400]
+        raise InputError(f"{show(key)}: {text}" if key else f"configuration: {text}") from None

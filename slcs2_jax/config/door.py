@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import BinaryIO
 
-from slcs2_jax.config.errors import InputError, StorageError
-from slcs2_jax.config.field import show
+from slcs2_jax.config.errors import InputError, StorageError, show
 
 # Not followed, not waited for, not handed on to other programs; each flag where the system has it.
 SAFE = 0

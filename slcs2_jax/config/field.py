@@ -7,11 +7,23 @@ import math
 import numbers
 from collections.abc import Iterator
 from dataclasses import dataclass
-from types import UnionType
-from typing import Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.escape import terminal
+from slcs2_jax.config.errors import refuse, show
+from slcs2_jax.config.registry import KINDS, may_be_named
+
+__all__ = [
+    "STATUS_MEANING",
+    "Described",
+    "Doc",
+    "Section",
+    "accepted",
+    "check",
+    "described",
+    "refuse",
+    "setting",
+    "show",
+]
 
 LEAST = 1e-4  # of what must be above 0: less than this is nothing beside the rest in float32, or even its square is 0
 Status = Literal["paper", "assumed", "calibrated", "definition", "run"]
@@ -32,9 +44,9 @@ _FALSE = frozenset({"false", "off", "no"})
 class Doc:
     """What is said about a field, and what it accepts.
 
-    `low`/`high` are inclusive bounds, the upper one unless `high_open`; of a tuple's numbers, which are `distinct` or
-    not, and `fewest` to `most` in number. `options` lists the accepted strings; `part` is the kind of part (see
-    `registry`) whose names are accepted instead. `name` is what a user types if it differs from section.field;
+    `low`/`high` are inclusive bounds, the upper one unless `high_open`; `options` lists the accepted strings; `part` is
+    the kind of part that the value names (`registry.KINDS`), whose names are then accepted; `fewest`/`most` bound the
+    length of a list, whose entries differ if `distinct`; `name` is what a user types if it differs from section.field;
     `reason` says where the value comes from.
     """
 
@@ -45,20 +57,17 @@ class Doc:
     low: float | None = None
     high: float | None = None
     high_open: bool = False
-    fewest: int = 0
-    most: int = 0
-    distinct: bool = False
     options: tuple[str, ...] = ()
     part: str = ""
+    fewest: int = 0
+    most: int | None = None
+    distinct: bool = False
     name: str | None = None
 
-    def choices(self) -> tuple[str, ...]:
-        """The accepted strings; () if any is."""
-        if not self.part:
-            return self.options
-        from slcs2_jax.config.registry import KINDS  # which refuses names in the words of this module
-
-        return KINDS[self.part].names()
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The accepted strings: the options, or the names of the parts that are registered now; () if any will do."""
+        return KINDS[self.part].names() if self.part else self.options
 
 
 def setting(default: Any, help: str, **doc: Any) -> Any:
@@ -70,12 +79,13 @@ def setting(default: Any, help: str, **doc: Any) -> Any:
 class Described:
     """A field of a section together with the name a user types, its type and its documentation.
 
-    kind: bool, int, float, str, or tuple for a tuple of whole numbers.
+    `kind` is the type of the value or, where it `is_list`, of each entry of what is held as a tuple.
     """
 
     attribute: str
     name: str
     kind: type
+    is_list: bool
     optional: bool
     default: Any
     doc: Doc
@@ -89,46 +99,41 @@ def described(section: type) -> Iterator[Described]:
         doc = field.metadata.get("doc")
         if doc is None:
             continue
-        kind, optional = _kind(hints[field.name])
         name = doc.name or (f"{prefix}.{field.name}" if prefix else field.name)
-        yield Described(field.name, name, kind, optional, field.default, doc)
+        yield Described(field.name, name, *_kind_of(hints[field.name]), field.default, doc)
 
 
-def _kind(hint: Any) -> tuple[type, bool]:
-    """The type that a field's annotation stands for, and whether it may be None."""
-    optional = get_origin(hint) in (Union, UnionType)
-    if optional:
-        hint = next(kind for kind in get_args(hint) if kind is not type(None))
-    return get_origin(hint) or hint, optional
-
-
-def show(value: object) -> str:
-    """A value as a user would type it, on one line, printable and never long."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        value = "[" + ",".join(map(show, value)) + "]"
-    text = str(value) if isinstance(value, str | int | float) else repr(value)
-    text = terminal(" ".join(text.split()))
-    return text if len(text) <= 80 else text[:77] + "..."
+def _kind_of(hint: Any) -> tuple[type, bool, bool]:
+    """Type of a value or an entry, is it a list of them, may it be null: of `int`, `int | None`, `tuple[int, ...]`."""
+    if get_origin(hint) is tuple:
+        return get_args(hint)[0], True, False
+    options = [kind for kind in get_args(hint) if kind is not type(None)]
+    return (options[0], False, True) if options else (hint, False, False)
 
 
 def accepted(field: Described) -> str:
     """In words, what the field accepts."""
     doc = field.doc
-    if choices := doc.choices():
-        words = "one of " + ", ".join(choices) + (", or a name that plugins= brings" if doc.part else "")
-    elif field.kind is tuple:
-        words = f"a list of {doc.fewest} to {doc.most}{' different' * doc.distinct} whole numbers{_bounds(doc)}"
+    if field.is_list:
+        entries = {int: "whole numbers", float: "finite numbers", str: "texts"}[field.kind]
+        if doc.names:
+            entries = "some of " + ", ".join(doc.names)
+        return f"a list of {_count(doc)}{'different ' if doc.distinct else ''}{entries}{_bounds(doc)}"
+    if doc.names:
+        words = "one of " + ", ".join(doc.names)
     elif field.kind is bool:
         words = "true or false"
     elif field.kind is str:
         words = "a text"
     else:
         words = ("a whole number" if field.kind is int else "a finite number") + _bounds(doc)
-    return words + (" or null" if field.optional else "")
+    return words + (" or null" if field.optional else "") + (", or a name that plugins= brings" if doc.part else "")
+
+
+def _count(doc: Doc) -> str:
+    if doc.most is not None:
+        return f"{doc.fewest} to {doc.most} "
+    return f"at least {doc.fewest} " if doc.fewest else ""
 
 
 def _bounds(doc: Doc) -> str:
@@ -140,29 +145,36 @@ def _bounds(doc: Doc) -> str:
     return " " + " and ".join(parts) if parts else ""
 
 
-def refuse(name: str, value: object, accepts: str) -> InputError:
-    """The error for one field, in the one form all of them have."""
-    return InputError(f"{name}={show(value)}: accepted is {accepts}")
-
-
 def check(field: Described, value: object) -> Any:
     """The value in the field's own type; raises InputError on a wrong type, a non-finite or an out-of-bounds value."""
     if value is None and field.optional:
         return None
     try:
-        converted = _convert(field.kind, value)
+        if not field.is_list:
+            return _checked(field, value)
+        entries = [value] if field.kind is str and isinstance(value, str) else value
+        if not isinstance(entries, list | tuple):
+            raise TypeError
+        found = tuple(_checked(field, entry) for entry in entries)
+        too_long = field.doc.most is not None and len(found) > field.doc.most
+        if len(found) < field.doc.fewest or too_long or (field.doc.distinct and len(set(found)) < len(found)):
+            raise ValueError
+        return found
     except (TypeError, ValueError, OverflowError):
         raise refuse(field.name, value, accepted(field)) from None
+
+
+def _checked(field: Described, value: object) -> Any:
+    """One value in the field's type; raises TypeError, ValueError or OverflowError."""
+    converted = _convert(field.kind, value)
     doc = field.doc
-    choices = doc.choices()
-    if choices and converted not in choices:
-        raise refuse(field.name, value, accepted(field))
-    if field.kind is tuple:
-        few = len(converted) < doc.fewest or (doc.distinct and len(set(converted)) < len(converted))
-        if few or len(converted) > doc.most or not all(_within(doc, number) for number in converted):
-            raise refuse(field.name, value, accepted(field))
-    if field.kind in (int, float) and not _within(doc, converted):
-        raise refuse(field.name, value, accepted(field))
+    if not may_be_named(doc.part, converted) if doc.part else doc.names and converted not in doc.names:
+        raise ValueError
+    if field.kind in (int, float):
+        too_low = doc.low is not None and converted < doc.low
+        too_high = doc.high is not None and (converted >= doc.high if doc.high_open else converted > doc.high)
+        if too_low or too_high:
+            raise ValueError
     return converted
 
 

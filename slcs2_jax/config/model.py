@@ -7,23 +7,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from slcs2_jax.config.field import LEAST, Section, refuse, setting, show
+from slcs2_jax.config.conf import choices
+from slcs2_jax.config.errors import refuse, show
+from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.radio import CALIBRATED
 from slcs2_jax.config.world_text import read_world
 
-# What environment= and range= of the command line stand for; conf/environment and conf/range say the same.
-ENVIRONMENTS: dict[str, dict[str, Any]] = {
-    "open": {"buildings": False, "jammer": False},
-    "jammed": {"buildings": False, "jammer": True},
-    "urban": {"buildings": True, "jammer": False},
-    "urban_jammed": {"buildings": True, "jammer": True},
-}
-RANGES: dict[str, dict[str, Any]] = {
-    "short": {"distance": 600.0, "time_limit": 20_000},
-    "long": {"distance": 1000.0, "time_limit": 40_000},
-}
+MOST_BUILDINGS = 6_000  # of a world: the paper's have at most 100; of more, a step takes seconds
+
+# What environment= and range= of the command line set in a world.
+ENVIRONMENTS = choices("environment", ("open", "jammed", "urban", "urban_jammed"))
+RANGES = choices("range", ("short", "long"))
 
 
 @dataclass(frozen=True)
@@ -100,7 +96,7 @@ class World(Section):
             raise refuse("environment", environment, "one of " + ", ".join(ENVIRONMENTS))
         if range not in tuple(RANGES):
             raise refuse("range", range, "one of " + ", ".join(RANGES))
-        return cls(environment=environment, range=range, **ENVIRONMENTS[environment], **RANGES[range])
+        return cls(**ENVIRONMENTS[environment], **RANGES[range])
 
     @classmethod
     def from_file(cls, path: str | Path) -> World:
@@ -116,6 +112,13 @@ class World(Section):
         if self.building_min > self.building_max:
             raise refuse(
                 "world.building_min", self.building_min, f"a number up to world.building_max={self.building_max:g}"
+            )
+        if self.buildings and self.distance > MOST_BUILDINGS * self.building_spacing:
+            raise refuse(
+                "world.building_spacing",
+                self.building_spacing,
+                f"a number from {self.distance / MOST_BUILDINGS:g} with world.distance={self.distance:g}, for at most "
+                f"{MOST_BUILDINGS:,} buildings",
             )
         if self.buildings and self.distance < self.building_spacing:
             raise refuse(
@@ -265,8 +268,8 @@ class Task(Section):
 
     SECTION: ClassVar[str] = "task"
 
-    name: str = setting("delivery", "when an episode is over, and what it scores", status="paper")
-    reward: str = setting("progress", "what a step is worth to each agent", status="paper")
+    name: str = setting("delivery", "when an episode is over, and what it scores", status="paper", part="task")
+    reward: str = setting("progress", "what a step is worth to each agent", status="paper", part="reward")
 
 
 @dataclass(frozen=True)

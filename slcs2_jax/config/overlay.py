@@ -1,68 +1,51 @@
-"""Settings for evaluating a saved solution: those it evolved with, and on top of them what the command line sets."""
+"""Settings for deploying something: those a solution evolved with, or the defaults, and what the command line sets."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
-from slcs2_jax.config.schema import accepted_paths, settings_fields, settings_from, unknown_setting
-from slcs2_jax.config.settings import SECTIONS, Settings
+from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.schema import settings_fields, settings_from
+from slcs2_jax.config.settings import Compute, Settings
+from slcs2_jax.config.store import CHOICES, Primary
 
-# What each group of conf/ that shares its section with others sets; any other group sets its whole section.
-_GROUPS = {
-    "environment": ("environment", "buildings", "jammer"),
-    "range": ("range", "distance", "time_limit"),
-    "grammar": ("grammar",),
-}
-_OF_THE_EVALUATION = (("", "seed"), ("", "instances"), ("", "run_dir"))
 _OF_THE_SOLUTION = ("swarm.agents", "grammar", "rules.rules")
+_LEFT_OUT = ("search", "checkpoint")  # nothing is searched for, and nothing saved on the way
 
 
-def evaluation_settings(solution: Settings, composed: Mapping[str, Any], overrides: Sequence[str]) -> Settings:
-    """The settings of an evaluation.
+def deployment_primary(
+    name: str, solution: Settings | None, *, own: Mapping[str, Any], seed: int = 0, instances: int = 1
+) -> Primary:
+    """What a command that deploys composes its settings from.
 
     Args:
-        solution: what the solution evolved with.
-        composed: the whole composed configuration, defaults included (without `solution` and `deployments`).
-        overrides: what the command line set, as typed.
-
-    Raises:
-        InputError: for a bad setting, and for one that the solution decides (agents, rules, grammar) given otherwise.
+        name: the command's.
+        solution: what the deployed solution evolved with; None if nothing that evolved is deployed.
+        own: the command's own entries, with their defaults.
+        seed, instances: defaults of this command.
     """
-    given = settings_from(composed)
-    chosen = set(_OF_THE_EVALUATION)
-    for override in overrides:
-        chosen |= _sets(override)
-    values: dict[str, dict[str, Any]] = {section: {} for section in ("", *SECTIONS)}
+    settings = dataclasses.replace(
+        solution or Settings(), seed=seed, instances=instances, run_dir=None, plugins=(), compute=Compute()
+    )
+    choices = {group: None if solution else option for group, option in CHOICES.items() if group not in _LEFT_OUT}
+    return Primary(name=name, settings=settings, choices=choices, own=own, left_out=_LEFT_OUT)
+
+
+def deployment_settings(config: Mapping[str, Any], solution: Settings | None) -> Settings:
+    """The settings in a configuration that was composed from `deployment_primary` (without the command's own entries).
+
+    Raises InputError for a bad setting, and for one that the solution decides (agents, rules, grammar) given otherwise.
+    """
+    given = settings_from(config)
+    if solution is None:
+        return given
     for section, field in settings_fields():
-        source = given if (section, field.attribute) in chosen or section == "compute" else solution
-        value = getattr(getattr(source, section) if section else source, field.attribute)
-        fixed = getattr(getattr(solution, section) if section else solution, field.attribute)
+        value, fixed = (getattr(getattr(of, section) if section else of, field.attribute) for of in (given, solution))
         if field.name in _OF_THE_SOLUTION and value != fixed:
             raise refuse(field.name, value, f"{fixed}, as the solution has it")
-        values[section][field.attribute] = value
-    sections: dict[str, Any] = {name: kind(**values[name]) for name, kind in SECTIONS.items()}
-    return Settings(**sections, **values[""])
-
-
-def _sets(override: str) -> set[tuple[str, str]]:
-    """The (section, attribute) pairs that one override sets."""
-    key = override.split("=", 1)[0].lstrip("+~").split("@")[0]
-    if key.split(".")[0] in ("solution", "deployments", "hydra") or key.startswith("hydra/"):
-        return set()
-    if key in _GROUPS:
-        section = "rules" if key == "grammar" else "world"
-        return {(section, attribute) for attribute in _GROUPS[key]}
-    if key in SECTIONS:
-        return {(section, field.attribute) for section, field in settings_fields() if section == key}
-    paths = accepted_paths()
-    if key not in paths:
-        raise unknown_setting(key)
-    if key == "world.file":  # and its text, which was read when the file was named
-        return {("world", "file"), ("world", "content")}
-    return {paths[key]}
+    return dataclasses.replace(given, search=solution.search, checkpoint=solution.checkpoint)
 
 
 def take(config: Mapping[str, Any], *names: str) -> tuple[dict[str, Any], dict[str, Any]]:

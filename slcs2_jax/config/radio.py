@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from slcs2_jax.config.field import LEAST, Section, refuse, setting
+from slcs2_jax.config.errors import refuse
+from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.registry import KINDS
 
 CALIBRATED = "first values that bring results to the paper's magnitude"

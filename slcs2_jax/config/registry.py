@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
-from collections.abc import Callable, Mapping
+import importlib.util
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
 from typing import Any, TypeVar
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.errors import InputError, refuse, show
 
 Part = TypeVar("Part")
 
-LONGEST_NAME = 80  # characters
+LONGEST_NAME = LONGEST_SUMMARY = 80  # characters
 
 
 class Registry:
@@ -39,6 +45,16 @@ class Registry:
     def home(self, name: str) -> str | None:
         """The module that registered a user's part; None for this package's."""
         return self._homes.get(name)
+
+    def summary(self, name: str) -> str:
+        """What a part's documentation says first; one of this package is not imported for it."""
+        if name in self._parts or name not in self._built_in:
+            text = inspect.getdoc(self.get(name))
+        else:
+            module, _, attribute = self._built_in[name].partition(":")
+            text = _documentation(module, attribute)
+        paragraph = " ".join((text or "").split("\n\n")[0].split())
+        return re.split(r"(?<=[.]) ", paragraph)[0] if len(paragraph) > LONGEST_SUMMARY else paragraph
 
     def get(self, name: str) -> Any:
         """The part of this name. Raises InputError naming the setting and the names that exist."""
@@ -68,6 +84,16 @@ class Registry:
         """Drop a user's part; for tests and notebooks."""
         if self._homes.pop(name, None) is not None:
             del self._parts[name]
+
+
+def _documentation(module: str, attribute: str) -> str | None:
+    """The docstring of a class or function, read from its module's source."""
+    found = importlib.util.find_spec(module)
+    if found is None or found.origin is None:
+        return None
+    tree = ast.parse(Path(found.origin).read_text(encoding="utf-8"))
+    documented = ast.ClassDef | ast.FunctionDef
+    return next((ast.get_docstring(x) for x in tree.body if isinstance(x, documented) and x.name == attribute), None)
 
 
 KINDS: dict[str, Registry] = {
@@ -139,12 +165,12 @@ KINDS: dict[str, Registry] = {
             "what an agent does with what it sees",
             {
                 "classifier": "slcs2_jax.policy.classifier:Classifier",
-                "decision_list": "slcs2_jax.policy.decision_list:DecisionListPolicy",
+                "decision_list": "slcs2_jax.policy.first_match:FirstMatch",
             },
         ),
         Registry(
             "search",
-            "search",
+            "search.name",
             "proposes solutions and learns from their evaluations",
             {"slcs2": "slcs2_jax.search.slcs2:Slcs2", "random": "slcs2_jax.search.random:RandomSearch"},
         ),
@@ -163,8 +189,32 @@ KINDS: dict[str, Registry] = {
             "makes a new solution from an evaluated one",
             {"exchange": "slcs2_jax.search.offspring:Exchange"},
         ),
+        Registry(
+            "parent",
+            "search.parent",
+            "which of the solutions under exploration is varied next",
+            {"fewest": "slcs2_jax.search.parents:FewestExplorations"},
+        ),
     )
 }
+
+
+_any_name: ContextVar[bool] = ContextVar("any_name", default=False)
+
+
+@contextmanager
+def any_name() -> Iterator[None]:
+    """Within it settings may name parts that are not registered: those of a run that is only read. Using one fails."""
+    before = _any_name.set(True)
+    try:
+        yield
+    finally:
+        _any_name.reset(before)
+
+
+def may_be_named(kind: str, name: str) -> bool:
+    """May a setting name this part of a kind?"""
+    return name in KINDS[kind].names() or _any_name.get()
 
 
 def register(kind: str, name: str) -> Callable[[Part], Part]:

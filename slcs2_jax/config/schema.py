@@ -11,8 +11,9 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import Described, described, refuse, show
+from slcs2_jax.config import plugins
+from slcs2_jax.config.errors import InputError, refuse, show
+from slcs2_jax.config.field import Described, described
 from slcs2_jax.config.settings import SECTIONS, Settings
 
 
@@ -37,11 +38,12 @@ def accepted_paths() -> dict[str, tuple[str, str]]:
 
 
 def flatten(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused."""
+    """Dotted paths and their values; a section given as something else than a mapping stays, to be refused, and so does
+    an empty mapping in the place of a setting."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         path = f"{prefix}{key}"
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and (value or path in SECTIONS):
             flat.update(flatten(value, path + "."))
         else:
             flat[path] = value
@@ -64,8 +66,12 @@ def unknown_setting(path: str) -> InputError:
 def settings_from(mapping: Mapping[str, Any]) -> Settings:
     """Settings from a nested mapping; what is missing keeps its default. Raises InputError naming the field.
 
-    A setting may stand under both of its names only with one value.
+    A setting may stand under both of its names only with one value. Plug-ins that the mapping names must be loaded: it
+    may come from a file, which imports nothing (PluginError).
     """
+    if not isinstance(mapping, Mapping):
+        raise refuse("settings", mapping, "a mapping of settings")
+    plugins.check_named(mapping.get(plugins.SETTING), plugins.SETTING)  # first: they bring names that settings have
     paths = accepted_paths()
     found: dict[tuple[str, str], Any] = {}
     for path, value in flatten(mapping).items():
@@ -94,5 +100,10 @@ def settings_to_dict(settings: Settings) -> dict[str, Any]:
         *parents, last = field.name.split(".")
         for parent in parents:
             place = place.setdefault(parent, {})
-        place[last] = list(value) if isinstance(value, tuple) else value
+        place[last] = plain_value(value)
     return nested
+
+
+def plain_value(value: Any) -> Any:
+    """A setting's value as files and Hydra have it."""
+    return list(value) if isinstance(value, tuple) else value

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import LEAST, Section, refuse, setting
+from slcs2_jax.config import plugins
+from slcs2_jax.config.errors import InputError, refuse
+from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.jammers import Jammers
 from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
@@ -18,10 +19,16 @@ START_DISC_SHARE = 0.4
 
 @dataclass(frozen=True)
 class Search(Section):
-    """Evaluation and search for solutions (spec sections 7 and 8)."""
+    """Evaluation and search for solutions (docs/model.md)."""
 
     SECTION: ClassVar[str] = "search"
 
+    name: str = setting(
+        "slcs2",
+        "what proposes solutions and learns from their evaluations; set by search=",
+        status="paper",
+        part="search",
+    )
     generations: int = setting(
         500, "generations, one new solution each", name="generations", status="paper", low=1, high=10**7
     )
@@ -30,10 +37,25 @@ class Search(Section):
         "which solutions are kept: the collection of the paper, or ailta (ablation)",
         name="acceptance",
         status="paper",
-        options=("domination", "ailta"),
+        part="acceptance",
+    )
+    parent: str = setting("fewest", "which of the solutions kept is varied next", status="paper", part="parent")
+    variation: str = setting(
+        "exchange", "how it is varied: exchange is the paper's offspring", status="paper", part="variation"
     )
     exchange: bool = setting(
         True, "do offspring take rules from a donor; off is an ablation", name="exchange", status="paper"
+    )
+    homogeneous: bool = setting(
+        False,
+        "one rule-set for all agents; contribution is then their sum, and there is nobody to exchange with",
+        status="definition",
+    )
+    batch: int = setting(
+        1, "solutions made and evaluated side by side, one generation each", status="definition", low=1, high=10**4
+    )
+    episodes: int | None = setting(
+        None, "most deployments that a search may spend; null leaves it to generations", status="run", low=1, high=10**9
     )
     min_deployments: int = setting(1, "least deployments of a new solution", status="paper", low=1, high=1000)
     max_redeployments: int = setting(
@@ -81,6 +103,10 @@ class Search(Section):
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
     )
 
+    def cross_check(self) -> None:
+        if self.generations % self.batch:  # else a run that goes further would not be as one that went so far at once
+            raise refuse("generations", self.generations, f"a multiple of search.batch={self.batch}")
+
 
 @dataclass(frozen=True)
 class Compute(Section):
@@ -101,6 +127,12 @@ class Compute(Section):
         high=10**6,
     )
     cache: bool = setting(True, "keep compiled programs on disk for the next run", status="run")
+    native: str = setting(
+        "auto",
+        "compute by the native chunk, on CPUs: auto where it can, on or nothing, or off: XLA",
+        status="run",
+        options=("auto", "on", "off"),
+    )
 
 
 @dataclass(frozen=True)
@@ -142,12 +174,16 @@ class Settings(Section):
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
     instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
+    plugins: tuple[str, ...] = setting(
+        (), "modules that register parts of your own: plugins=[my_module]; imported because you name them", status="run"
+    )
     run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
 
     def cross_check(self) -> None:
         for name, kind in SECTIONS.items():
             if not isinstance(getattr(self, name), kind):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
+        plugins.check_named(self.plugins, plugins.SETTING)
         world, net = self.world, self.radio.network_range
         if world.jammer and world.file is None and net >= world.distance / 2:
             raise InputError(

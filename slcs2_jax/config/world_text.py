@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.door import read_file
+from slcs2_jax.config.errors import InputError, refuse, show
 
 LARGEST = 2**18  # bytes of a world's file, some thousands of walls
 SUFFIXES = (".yaml", ".yml")
@@ -21,17 +21,10 @@ def read_world(path: str | Path) -> str:
     accepts = f"the path of a YAML file of at most {LARGEST} bytes"
     if not isinstance(path, str | Path) or "\0" in str(path):
         raise refuse("world.file", path, accepts)
-    file = Path(path)
     try:
-        if not file.is_file():
-            raise refuse("world.file", str(path), accepts)
-        with file.open("rb") as stream:
-            data = stream.read(LARGEST + 1)
-        if len(data) > LARGEST:
-            raise refuse("world.file", str(path), accepts)
-        text = data.decode("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"world.file={path}: cannot be read ({error}); accepted is {accepts}") from None
+        text = read_file(Path(path), LARGEST).decode("utf-8")
+    except (InputError, OSError, UnicodeDecodeError) as error:
+        raise InputError(f"world.file={show(str(path))}: {show(str(error))}; accepted is {accepts}") from None
     if not text.strip():
         raise refuse("world.file", str(path), accepts)
     return text

@@ -9,6 +9,7 @@ set of clauses completed on the way.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ class _Entries:
 
 def _word_tables(
     words: dict[Words, int], derivable: Derivable, vocabulary: Vocabulary
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
     """next_state, completed, masks and action: see DecodeTables. Only runs that some rule takes are filled."""
     reader = automaton(vocabulary)
     states = len(reader.text)
@@ -114,7 +115,7 @@ def _offer_tables(
     max_joints: int,
     form: str | None,
     single_option_consumes: bool,
-) -> tuple[int, NDArray, NDArray, NDArray, NDArray]:
+) -> tuple[int, NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]:
     """S, offer_count, offer_first, offer_free, offers: see DecodeTables. `form` is a start that costs no codon."""
     slacks = 1 + min(max_joints, max(max(found) for found in extras.values()))
     if slacks * sum(len(found) for found in extras.values()) > MAX_OFFERS:

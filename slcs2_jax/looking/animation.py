@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import shutil
 import subprocess
 import tempfile
@@ -18,6 +19,7 @@ from slcs2_jax.looking.drawing import own_style
 from slcs2_jax.looking.recording import Recording
 from slcs2_jax.looking.scene import FATES, HOLDING, LINK, TRAIL, Scene, extent, legend_handles, panels
 from slcs2_jax.results.files import write_whole
+from slcs2_jax.running.memory import check_fits
 
 SUFFIXES = (".gif", ".mp4")
 STRENGTHS = (0.07, 0.14, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)  # of each colour in a GIF's palette
@@ -75,7 +77,7 @@ def animate(
 
     write = _write_gif if path.suffix == ".gif" else _write_mp4
     with own_style():
-        content = write(frames(), fps)
+        content = write(frames(), fps, len(moments))
     write_whole(path, lambda file: file.write(content))
     return len(moments)
 
@@ -110,13 +112,18 @@ def _pictures(
         since = moment
 
 
-def _write_gif(frames: Iterator[NDArray[np.uint8]], fps: int) -> bytes:
+def _write_gif(frames: Iterator[NDArray[np.uint8]], fps: int, count: int) -> bytes:
     """All frames with one palette, so that what does not change costs nothing."""
     from PIL import Image
 
+    first = next(frames)
+    check_fits("frames", count, first.shape[0] * first.shape[1], "an animation (every= makes fewer)")
     reference = Image.new("P", (1, 1))
     reference.putpalette(_palette())
-    reduced = [Image.fromarray(frame).quantize(palette=reference, dither=Image.Dither.NONE) for frame in frames]
+    reduced = [
+        Image.fromarray(frame).quantize(palette=reference, dither=Image.Dither.NONE)
+        for frame in itertools.chain([first], frames)
+    ]
     buffer = io.BytesIO()
     durations = [round(1000 / fps)] * (len(reduced) - 1) + [2000]  # stay at the end for a while
     reduced[0].save(buffer, "GIF", save_all=True, append_images=reduced[1:], duration=durations, loop=0, optimize=False)
@@ -134,7 +141,8 @@ def _palette() -> list[int]:
     return np.rint(found).astype(int).ravel().tolist()
 
 
-def _write_mp4(frames: Iterator[NDArray[np.uint8]], fps: int) -> bytes:
+def _write_mp4(frames: Iterator[NDArray[np.uint8]], fps: int, count: int) -> bytes:
+    """However many frames: the encoder takes them one by one."""
     first = next(frames)
     height, width = first.shape[:2]
     with tempfile.TemporaryDirectory(prefix="slcs2-") as folder:

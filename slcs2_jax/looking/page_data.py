@@ -15,7 +15,7 @@ from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.looking.recording import Recording
 from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import FinishedRun, SavedSolution
-from slcs2_jax.study.arm import CELLS, arm_of, arm_title, cell_of, ordered
+from slcs2_jax.results.arm import CELLS, arm_of, arm_title, cell_of, ordered
 
 MOST_ROWS = 2000  # generations of an instance that are drawn
 _COLUMNS = ("generation", "fitness", "best", "size", "novelty", "accepted")
@@ -55,6 +55,11 @@ def rows_of(run: FinishedRun, instance: int) -> dict[int, Mapping[str, Any]]:
     return {row["generation"]: row for row in sorted(own, key=lambda row: row["generation"])}
 
 
+def fresh_mean(run: FinishedRun, instance: int) -> float | None:
+    """The winner's mean over fresh deployments; None before the run has ended."""
+    return run.summary["instances"][instance].get("fresh_mean") if run.summary else None
+
+
 def best_so_far(run: FinishedRun, instance: int) -> float:
     """The greatest fitness of an instance; -inf before its first generation."""
     return max(
@@ -63,7 +68,10 @@ def best_so_far(run: FinishedRun, instance: int) -> float:
 
 
 def by_rank(runs: Iterable[FinishedRun]) -> list[tuple[FinishedRun, int]]:
-    """All instances: the best one of each arm in each world, the paper's algorithm first; then the second best, ..."""
+    """All instances: the best one of each arm in each world, the paper's algorithm first; then the second best, ...
+
+    By their means over fresh deployments; those that have none yet come last.
+    """
     groups: dict[tuple[str, int], list[tuple[FinishedRun, int]]] = {}
     runs = list(runs)
     arms = ordered(arm_of(run.settings) for run in runs)
@@ -73,9 +81,14 @@ def by_rank(runs: Iterable[FinishedRun]) -> list[tuple[FinishedRun, int]]:
             groups.setdefault(place, []).append((run, instance))
     ranked = []
     for (arm, cell), members in groups.items():
-        members.sort(key=lambda one: -best_so_far(*one))
+        members.sort(key=_by_fresh_mean)
         ranked += [((rank, arms.index(arm), cell), one) for rank, one in enumerate(members)]
     return [one for _, one in sorted(ranked, key=lambda pair: pair[0])]
+
+
+def _by_fresh_mean(one: tuple[FinishedRun, int]) -> tuple[bool, float]:
+    mean = fresh_mean(*one)
+    return mean is None, -(mean or 0.0)
 
 
 def figures(shown: Shown) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import dataclasses
 import functools
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -21,9 +21,12 @@ from slcs2_jax.config import Settings
 from slcs2_jax.episode import Episode, Moment, Parameters, Result
 from slcs2_jax.grammar import RuleSets
 from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
+from slcs2_jax.native import advance as native
+from slcs2_jax.native import choice
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
+from slcs2_jax.running.memory import check_fits
 from slcs2_jax.swarm import jamming
 from slcs2_jax.swarm.fate import Fate, fates
 from slcs2_jax.swarm.links import Links
@@ -31,6 +34,9 @@ from slcs2_jax.swarm.state import State
 from slcs2_jax.swarm.task import Score, task_of
 from slcs2_jax.world.arena import stack, wall_capacity
 from slcs2_jax.world.scenario import Scenario, check_scenario
+
+if TYPE_CHECKING:
+    import xarray
 
 CHUNK = 100  # sharing periods that are computed at a time
 NOBODY = -1
@@ -56,6 +62,7 @@ class Recording:
         vocabulary: what the numbers of actions mean.
         rules: what was deployed; None for a policy without rules.
         channels: indices of the channels in use, in the order of the columns of `served`.
+        ended: whether it goes to the end of the episode; if not, what else is said is as it was when it was cut.
         fitness: share delivered less share of time used (spec section 7).
         x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
         holding: bool [T + 1, n], who holds a packet.
@@ -81,6 +88,7 @@ class Recording:
     vocabulary: Vocabulary
     rules: RuleSets | None
     channels: tuple[int, ...]
+    ended: bool
     fitness: float
     x: NDArray[np.float32]
     y: NDArray[np.float32]
@@ -155,6 +163,12 @@ class Recording:
         node = np.arange(self.agents + 2)
         return (self.heard[step, node // WORD] >> (node % WORD).astype(np.uint32)[:, None] & np.uint32(1)).astype(bool)
 
+    def to_xarray(self) -> xarray.Dataset:
+        """As an xarray Dataset, every variable with its unit and meaning; `dataset.to_dataset`."""
+        from slcs2_jax.looking.dataset import to_dataset
+
+        return to_dataset(self)
+
     def transmissions(self, step: int) -> list[Transmission]:
         """All attempts of a step to hand over a packet, the source's last."""
         found = []
@@ -176,40 +190,55 @@ def record(
     deployed: BoundPolicy,
     key: tuple[np.uint32, np.uint32],
     *,
+    steps: int | None = None,
     after_chunk: Callable[[int], None] = lambda steps: None,
 ) -> Recording:
     """Compute one episode and keep all of it.
 
-    The arithmetic is laid out as in a rollout on one CPU device, so that the episode is the one that a search or an
-    evaluation with this key had; on other devices or versions a last bit may differ and lead elsewhere.
+    The episode is the one that a search or an evaluation with this key had. The native chunk, if it computes, hands out
+    what it does itself; XLA's arithmetic is laid out as in a rollout on one CPU device, and on other devices or
+    versions a last bit may differ and lead elsewhere.
 
     Args:
         settings: radio, swarm and learning.
         scenario: where.
         deployed: what decides.
         key: the episode's key.
+        steps: stop after so many, or the first whole chunk that has them; None: at the end of the episode.
         after_chunk: told now and then how many steps were computed.
 
     Raises:
-        InputError: the scenario is none for these settings.
+        InputError: the scenario is none for these settings, or the recording would not fit into memory.
     """
     check_scenario(scenario, settings)
+    check_fits("world.time_limit", scenario.time_limit, _step_bytes(settings.swarm.agents), "a recording")
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
-    begin, watch, result = _programs()
+    by_native, _ = choice.choose(settings.compute.native, jax.default_backend(), parameters, *given[:2])
+    if by_native:
+        given = jax.tree.map(lambda leaf: leaf[..., :1], given)
+    most = scenario.time_limit if steps is None else min(steps, scenario.time_limit)
+    begin, watch, result = _programs(min(CHUNK, -(-most // settings.swarm.sharing_period)), by_native)
     episode = begin(*given, parameters)
     matched: Any = 0
     parts: list[dict[str, NDArray[Any]]] = []
     running = True
-    while running:
-        episode, notes = watch(episode, parameters)
-        part = {name: np.asarray(leaf).reshape(-1, *leaf.shape[3:]) for name, leaf in notes.items()}
-        matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
+    computed = 0
+    while running and computed < most:
+        episode, notes, held = watch(episode, parameters)
+        part = jax.tree.map(np.asarray, notes)
+        matched = matched + np.asarray(held).T
         parts.append(part)
         running = bool(part["running"][-1])
-        after_chunk(sum(int(one["running"].sum()) for one in parts))
+        computed += int(part["running"].sum())
+        after_chunk(computed)
     end = jax.tree.map(lambda leaf: np.asarray(leaf)[..., 0], (episode.state, result(episode, parameters)))
-    return _recording(settings, scenario, deployed, parts, matched, *end)
+    return _recording(settings, scenario, deployed, parts, matched, *end, ended=not running)
+
+
+def _step_bytes(agents: int) -> int:
+    """Of a step as it is recorded, twice: its parts are joined in the end."""
+    return 2 * (64 + 20 * agents + 4 * (agents + 2) * -(-(agents + 2) // WORD))
 
 
 def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.uint32]) -> Any:
@@ -225,14 +254,24 @@ def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.u
 
 
 @functools.cache
-def _programs() -> tuple[Any, Any, Any]:
-    """Begin, watch a chunk, and result, compiled for the default backend."""
+def _programs(chunk: int, by_native: bool) -> tuple[Any, Any, Any]:
+    """Begin, watch a chunk of so many sharing periods, and result, compiled for the default backend.
+
+    `watch` returns the episode, the notes of every step, and in how many steps each rule held: int32 [R, n].
+    """
     on_cpu = jax.default_backend() == "cpu"
     program = partial(jax.jit, compiler_options={"xla_cpu_prefer_vector_width": 512} if on_cpu else None)
 
-    def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any]:
-        return episodes.watch(episode, parameters, CHUNK, partial(_note, parameters))
+    def watch_natively(episode: Episode, parameters: Parameters) -> tuple[Episode, Any, jax.Array]:
+        return native.watch(episode, parameters, chunk)
 
+    def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any, jax.Array]:
+        episode, notes = episodes.watch(episode, parameters, chunk, partial(_note, parameters))
+        held = jnp.sum(notes.pop("match"), axis=(0, 1, 2), dtype=jnp.int32)
+        return episode, jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[3:]), notes), held
+
+    if by_native:
+        return program(native.begin), program(watch_natively), program(native.result)
     return program(episodes.begin), program(watch), program(episodes.result)
 
 
@@ -308,6 +347,8 @@ def _recording(
     matched: NDArray[np.int32],
     state: State,
     result: Result,
+    *,
+    ended: bool,
 ) -> Recording:
     steps, nothing = int(result.steps), np.zeros(matched.shape, np.float32)
     noted = {name: np.concatenate([part[name] for part in parts])[:steps] for name in parts[0] if name != "running"}
@@ -331,6 +372,7 @@ def _recording(
         vocabulary=deployed.language.vocabulary,
         rules=deployed.given if isinstance(deployed.given, RuleSets) else None,
         channels=deployed.channels,
+        ended=ended,
         fitness=task_of(settings).fitness(score),
         matched=matched,
         contribution=np.asarray(result.contribution),

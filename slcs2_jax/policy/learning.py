@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import optax
 
-from slcs2_jax.config.settings import Learning
+from slcs2_jax.config import Learning
 
 
 @jax.tree_util.register_dataclass

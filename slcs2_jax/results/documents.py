@@ -11,18 +11,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.door import read_file, telling_damage
+from slcs2_jax.config.door import read_file
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import show
 from slcs2_jax.results.files import write_json
 
 _PREFIX = "slcs2_jax"
+_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), allow_nan=False)
 _SPARSE = 12  # bytes, at least, to a list or a mapping of a document: each takes as many as a hundred of memory
 
 
 def checksum(value: Any) -> str:
     """CRC-32 (hex) of a JSON-able value; raises ValueError for NaN or infinity."""
-    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    text = _CANONICAL.encode(value)
     return f"{zlib.crc32(text.encode('utf-8', 'surrogatepass')):08x}"
 
 
@@ -61,30 +62,35 @@ def read_document(path: Path, kind: str, version: int, most: int = 2**20) -> dic
 
 def check_sum(value: Any, said: object) -> None:
     """Raise InputError unless the checksum of a value that was read is the one that its file says."""
-    with telling_damage():  # a number too large for a float is infinite, and has none
-        if said == checksum(value):
-            return
-    raise InputError("its checksum does not fit: it was damaged or changed by hand")
+    try:
+        fits = said == checksum(value)
+    except (ValueError, RecursionError) as error:  # a number too large for a float is infinite, and has none
+        raise InputError(f"no JSON of slcs2: {show(str(error))}") from None
+    if not fits:
+        raise InputError("its checksum does not fit: it was damaged or changed by hand")
+
+
+def _refuse(name: str) -> None:
+    raise ValueError(f"{name} is no finite number")
+
+
+def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Two rows run into one have every name twice, and a checksum that fits the second."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a name is there twice")
+    return found
+
+
+_DECODER = json.JSONDecoder(parse_constant=_refuse, object_pairs_hook=_once_each)
 
 
 def parse_object(data: bytes) -> dict[str, Any]:
     """A JSON object of finite numbers from UTF-8 bytes; raises InputError."""
-
     if data.count(b"[") + data.count(b"{") > 64 + len(data) // _SPARSE:
         raise InputError("no JSON of slcs2: more lists and mappings than any document has")
-
-    def refuse(name: str) -> None:
-        raise ValueError(f"{name} is no finite number")
-
-    def once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        """Two rows run into one have every name twice, and a checksum that fits the second."""
-        found = dict(pairs)
-        if len(found) < len(pairs):
-            raise ValueError("a name is there twice")
-        return found
-
     try:
-        value = json.loads(data.decode("utf-8"), parse_constant=refuse, object_pairs_hook=once_each)
+        value = _DECODER.decode(data.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise InputError(f"no JSON, or cut short: {show(str(error))}") from None
     if not isinstance(value, dict):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import path_of, whole
@@ -16,7 +17,6 @@ from slcs2_jax.results.rows import read_rows
 from slcs2_jax.results.run_config import RunConfig, read_config
 from slcs2_jax.results.run_folder import (
     GENERATIONS,
-    SOLUTIONS,
     SUMMARY,
     SUMMARY_VERSION,
     TIMING,
@@ -24,8 +24,12 @@ from slcs2_jax.results.run_folder import (
     check_usable,
     most_rows,
 )
-from slcs2_jax.results.saved import SavedSolution, load_solution
+from slcs2_jax.results.saved import SOLUTIONS, SavedSolution, load_solution
 from slcs2_jax.results.summary import RunSummary
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,26 @@ class FinishedRun:
         names = names_in(self.path / SOLUTIONS, inside=self.path)
         found = [name for name in names if name.startswith(prefix) and name.endswith(".npz")]
         return [load_solution(self.path / SOLUTIONS / name) for name in found]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each generation of each instance, with the columns of generations.jsonl.
+
+        Raises InputError if pandas is not installed.
+        """
+        return _module("pandas").DataFrame(list(self.rows))
+
+    def to_polars(self) -> polars.DataFrame:
+        """As `to_pandas`. Raises InputError if polars is not installed."""
+        return _module("polars").DataFrame(list(self.rows), infer_schema_length=None, strict=False)
+
+
+def _module(name: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(
+            f"to_{name}: {name} is not installed; accepted is an installation with slcs2_jax[data]"
+        ) from None
 
 
 def read_run(path: str | Path) -> FinishedRun:
@@ -78,24 +102,30 @@ def read_summary(folder: Path, config: RunConfig) -> dict[str, Any] | None:
     return summary
 
 
-def ended(settings: Settings) -> RunSummary | None:
-    """The summary of the run that `settings.run_dir` holds, if it has made all the generations that are asked for.
+def look(settings: Settings) -> tuple[RunConfig | None, RunSummary | None]:
+    """What `settings.run_dir` holds: the configuration of the same run, if it was begun, and the summary, if all the
+    generations that are asked for are made.
 
     Raises InputError if the folder holds another run, or naming a damaged file.
     """
-    config = None if settings.run_dir is None else check_usable(settings)
+    config = check_usable(settings)
     if config is None or config.settings.search.generations != settings.search.generations:
-        return None
+        return config, None
     folder = Path(str(settings.run_dir))
     summary = read_summary(folder, config)
     if summary is None:
-        return None
+        return config, None
     try:
-        return RunSummary.from_json(str(folder), summary, read_timing(folder))
+        return config, RunSummary.from_json(str(folder), summary, read_timing(folder))
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
             f"{folder / SUMMARY}: {show(str(error))}; delete it, and slcs2 resume makes it again"
         ) from None
+
+
+def ended(settings: Settings) -> RunSummary | None:
+    """The summary of the run that `settings.run_dir` holds, if it has ended; see `look`."""
+    return None if settings.run_dir is None else look(settings)[1]
 
 
 def read_timing(folder: Path) -> dict[str, Any] | None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import os
 import platform
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -13,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax import __version__
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, invocation, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import present, read_file, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.config.yaml_text import MOST_BYTES, parse_yaml
 from slcs2_jax.results.documents import check_format, check_sum, checksum
@@ -23,6 +25,7 @@ from slcs2_jax.results.files import storing, write_text
 
 CONFIG = "config.yaml"
 FORMAT = "slcs2_jax run 1"
+_ONCE_THE_ONLY_ONE = "Search"  # in records of versions whose settings did not name the search
 
 # What may differ when a run goes on: where it lies, how far it goes, how much of the machine it uses, when it is saved.
 # Slots and chunk may not: they decide the last bits of the arithmetic.
@@ -58,7 +61,7 @@ def new_record(kind: str, device: str, more: Mapping[str, Any]) -> dict[str, Any
         "format": FORMAT,
         "kind": kind,
         "started": datetime.now().astimezone().isoformat(timespec="seconds"),
-        "command": _printable(" ".join([Path(sys.argv[0]).name, *sys.argv[1:]]))[:_LONGEST] if sys.argv else "",
+        "command": _printable(invocation.command())[:_LONGEST],
         "device": device,
         "versions": versions(),
         **more,
@@ -114,19 +117,31 @@ def read_config(folder: Path) -> RunConfig:
         raise InputError(f"{label} ({error}); accepted is a folder that slcs2 made") from None
     try:
         with telling_damage():
-            return _from_content(parse_yaml(data))
+            return _from_content(copy.deepcopy(_parsed(data)), file)
+    except plugins.PluginError:
+        raise
     except InputError as error:
         raise InputError(f"{label} ({show(str(error))}); start the run again in another folder") from None
 
 
-def _from_content(content: Any) -> RunConfig:
+@functools.lru_cache(maxsize=64)
+def _parsed(data: bytes) -> Any:
+    """Once for a text: a run is looked for, looked at, locked and continued within moments."""
+    return parse_yaml(data)
+
+
+def _from_content(content: Any, file: Path) -> RunConfig:
     record = dict(content["record"])
     check_format(record.get("format"), FORMAT)
+    if record.get("search", _ONCE_THE_ONLY_ONE) != _ONCE_THE_ONLY_ONE:  # its settings do not say so
+        raise InputError(f"made by the search {show(str(record['search']))} of an older slcs2_jax: use that one")
     said = record.pop("checksum", None)
     content["record"] = record
     check_sum(content, said)
     del content["record"]
-    return RunConfig(settings_from(content), record)
+    plugins.check_same(record, str(file))
+    with any_name():
+        return RunConfig(settings_from(content), record)
 
 
 def check_same(wanted: Settings, found: Settings, folder: Path) -> None:

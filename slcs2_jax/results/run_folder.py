@@ -14,7 +14,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
 from slcs2_jax.grammar.source import MAX_BYTES
@@ -52,7 +52,7 @@ GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
 )
 # Before config.yaml a folder holds no run: these may be left of one that was killed while it started.
 _STARTED = (CONFIG, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY)
-CHECKPOINT_FORMAT = "slcs2_jax checkpoint 1"
+CHECKPOINT_FORMAT = "slcs2_jax checkpoint 2"
 SUMMARY_VERSION = TIMING_VERSION = 1
 
 
@@ -113,7 +113,7 @@ class RunFolder:
         folder = check_free(settings.run_dir)
         with storing(folder, "made"):
             folder.mkdir(parents=True, exist_ok=True)
-        config = RunConfig(settings, new_record(kind, device, record or {}))
+        config = RunConfig(settings, new_record(kind, device, {**(record or {}), **plugins.recorded(settings.plugins)}))
         write_world(folder, settings)
         write_config(folder, config)
         return cls(folder, config)
@@ -141,7 +141,7 @@ class RunFolder:
             if found is None:
                 data = grammar_text().encode("utf-8", "surrogatepass")
                 write_whole(folder / GRAMMAR, lambda file: file.write(data))
-                more = {**record, "grammar_crc": _crc(data)}
+                more = {**record, "grammar_crc": _crc(data), **plugins.recorded(settings.plugins)}
                 found = RunConfig(settings, new_record("evolve", device, more))
                 write_world(folder, settings)
                 write_config(folder, found)
@@ -262,15 +262,17 @@ def most_rows(settings: Settings) -> int:
 
 
 def checkpoint_limits(settings: Settings) -> Limits:
-    """What a checkpoint of a run can hold: the members of its collections, and the deployments that it waits for."""
+    """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
-    deployments = max(search.min_deployments, search.max_redeployments + 1, search.fresh_deployments)
-    member = 80 * size + 2**14
+    deployments = max(
+        search.batch * max(search.min_deployments, search.max_redeployments + 1), search.fresh_deployments
+    )
+    members, member = search.generations + search.batch + 3, 80 * size + 2**14
     deployment = 20 * size + 8 * settings.swarm.agents + 64
     return Limits(
         entries=64 + 64 * settings.instances,
-        size=2**20 + settings.instances * ((search.generations + 3) * member + deployments * deployment),
-        about=2**16 + 4096 * settings.instances,
+        size=2**20 + settings.instances * (2**20 + members * member + deployments * deployment),
+        about=2**16 + (2**16 + 64 * search.batch) * settings.instances,
         compressed=False,
     )
 

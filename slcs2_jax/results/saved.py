@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import path_of
 from slcs2_jax.config.door import present, telling_damage
 from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.grammar import RuleSets, parse_rule_text, rule_from_mask
 from slcs2_jax.grammar.vocabulary import Vocabulary
 from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
@@ -127,6 +128,7 @@ class SavedSolution:
             "deployments": int(self.deployments),
             "grammar_text": self.grammar_text,
             "settings": settings_to_dict(self.settings),
+            **plugins.recorded(self.settings.plugins),
         }
         arrays = {name: getattr(self, name) for name in _OTHER}
         about["rules"], arrays["rule"] = _in_words(self.rules)
@@ -198,6 +200,8 @@ def load_solution(path: str | Path) -> SavedSolution:
             entries, about = read_archive(file, FORMAT, _LIMITS, inside=inside)
         with telling_damage("impossible values"):
             return _from_entries(entries, about)
+    except plugins.PluginError as error:
+        raise plugins.PluginError(f"{label}: {error}") from None
     except InputError as error:
         raise InputError(f"{label}: not a solution saved by slcs2 ({error})") from None
 
@@ -211,12 +215,15 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
     expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULE).items()}
     expected["contribution"] = np.float32, shape[:1]
     check_arrays(entries, expected)
+    with_plugins = {plugins.SETTING: about.pop(plugins.SETTING)} if plugins.SETTING in about else {}
     if set(about) != set(_ABOUT):
         raise InputError("its description is not that of a solution")
     for name, kind in _ABOUT.items():
         if not isinstance(about[name], kind) or isinstance(about[name], bool):
             raise InputError(f"{name}={show(repr(about[name]))} has the wrong type")
-    settings = settings_from(about.pop("settings"))
+    plugins.check_same(with_plugins, "plugins")
+    with any_name():
+        settings = settings_from(about.pop("settings"))
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
+from slcs2_jax.config import InputError, Settings, plugins, settings_from, settings_to_dict
 from slcs2_jax.config.door import check_below, folders_below, name_inside, present, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.registry import any_name
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_config import CONFIG, check_same, check_writable, read_config
 from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
 
 SWEEP = "sweep.json"
 _VERSION = 1
-MOST_RUNS = 10_000  # of one sweep
-_PER_RUN = 4096  # bytes, at most, of its note
+_LARGEST = 2**26  # bytes of the note: some 20 000 runs, or 200 in a large world of the user's own
 
 
 def write_sweep(root: str | Path, runs: Sequence[Settings]) -> None:
@@ -32,8 +34,11 @@ def write_sweep(root: str | Path, runs: Sequence[Settings]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     before = _read(folder)
     noted = before | {Path(os.path.relpath(str(one.run_dir), folder)).as_posix(): _plain(one) for one in runs}
-    if len(noted) > MOST_RUNS:
-        raise InputError(f"{folder / SWEEP}: {len(noted):,} runs; accepted are at most {MOST_RUNS:,} in one folder")
+    if len(json.dumps(noted, indent=2)) > _LARGEST - 1000:
+        raise InputError(
+            f"{folder / SWEEP}: {len(noted):,} runs would take over {_LARGEST:,} bytes; accepted are fewer runs in one "
+            "folder"
+        )
     if noted != before:
         write_document(folder / SWEEP, "sweep", _VERSION, {"runs": noted})
 
@@ -54,7 +59,7 @@ def runs_below(root: str | Path, passed: list[str] | None = None) -> tuple[list[
     found: dict[Path, Settings] = {}
     others = 0
     folders = list(folders_below(top, passed))
-    for folder in folders:
+    for folder in counted(folders, "folders looked into:"):
         if not _is_run(folder):
             continue
         config = read_config(folder)
@@ -88,8 +93,10 @@ def _plain(settings: Settings) -> dict[str, Any]:
 
 def _settings(plain: Any, file: Path) -> Settings:
     try:
-        with telling_damage():
+        with telling_damage(), any_name():
             return settings_from(plain)
+    except plugins.PluginError as error:
+        raise plugins.PluginError(f"{file}: {error}") from None
     except InputError as error:
         raise InputError(f"{file}: {show(str(error))}; delete it and repeat the command of the sweep") from None
 
@@ -100,7 +107,7 @@ def _read(folder: Path) -> dict[str, Any]:
         return {}
     try:
         with storing(file, "read"):
-            content = read_document(file, "sweep", _VERSION, 2**16 + MOST_RUNS * _PER_RUN)
+            content = read_document(file, "sweep", _VERSION, _LARGEST)
         with telling_damage():
             return {str(name_inside(name)): plain for name, plain in dict(content["runs"]).items()}
     except InputError as error:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
 from slcs2_jax.episode import Parameters
-from slcs2_jax.grammar.language import Language, Sayer
-from slcs2_jax.policy.policy import Policy
-from slcs2_jax.policy.rules import Rules
+from slcs2_jax.grammar.language import Language
 from slcs2_jax.rollout import LANES, Rollout, Shape
-from slcs2_jax.running.instance import Site, Task
+from slcs2_jax.running.deployable import joined, program
 from slcs2_jax.running.schedule import Batch
+from slcs2_jax.running.task import Task
 from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.emitters import jammer_room
 
@@ -21,46 +21,111 @@ MOST_BATCHES = 4  # rollouts, for scenarios with more and more walls
 LEAST_TASKS = 12  # that each of these rollouts should have
 
 
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A rollout, and what it has room for."""
+
+    rollout: Rollout
+    shape: Shape
+    language: Language
+
+    def serves(self, shape: Shape, language: Language) -> bool:
+        """Has it room for all of this?"""
+        mine, its = self.language, language
+        says = mine.words >= its.words and {*mine.own_clauses} >= {*its.own_clauses}
+        does = {*mine.own_actions} >= {*its.own_actions}
+        same = (self.shape.agents, self.shape.jammers) == (shape.agents, shape.jammers)
+        room = same and self.shape.channels >= shape.channels
+        return says and does and room and all(a >= b for a, b in zip(self.shape.walls, shape.walls, strict=True))
+
+
+class Rollouts:
+    """Makes the rollouts of some settings, and keeps them for those who come again with what fits into one.
+
+    What a deployment comes to does not depend on what its rollout has room for beyond what it needs.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._devices = runtime.devices(settings.compute)
+        self._kept: dict[Hashable, list[_Kept]] = {}
+
+    def get(self, tasks: Sequence[Task], everybody: Sequence[Task], width: int, taken: Sequence[Rollout]) -> Rollout:
+        """Vacant slots, `width` per device, for some tasks, with room for what `everybody` can say; none of `taken`.
+
+        A kept rollout has up to twice the walls and at least half the slots that are asked for; one that is made takes
+        the place of those that it could replace.
+        """
+        language = joined([task.policy.language for task in everybody])
+        channels = 1 + max(max(task.policy.channels) for task in everybody)
+        scenarios = [task.site.scenario for task in tasks]
+        walls, jammers = wall_capacity(scenarios), jammer_room(scenarios)
+        shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls, jammers=jammers)
+        kept, slots = self._kept.setdefault(program(tasks[0].policy), []), width * len(self._devices)
+        for one in kept:
+            enough = one.serves(shape, language) and 2 * one.rollout.slots >= slots
+            if enough and sum(one.shape.walls) <= 2 * sum(walls) and one.rollout not in taken:
+                return one.rollout
+        made = _Kept(self._made(tasks[0], shape, language, slots), shape, language)
+        kept[:] = [one for one in kept if one.rollout in taken or not made.serves(one.shape, one.language)]
+        kept.append(made)
+        return made.rollout
+
+    def _made(self, task: Task, shape: Shape, language: Language, slots: int) -> Rollout:
+        policy, compute = task.policy.policy, self._settings.compute
+        parameters = Parameters.of(self._settings, policy, language)
+        like = policy.arrays(task.policy.given, language)
+        return Rollout(
+            parameters,
+            shape,
+            like,
+            slots=slots,
+            devices=self._devices,
+            chunk=compute.chunk,
+            engine=compute.native,
+        )
+
+    def forget(self) -> None:
+        """Keep none: after an interruption their slots may be taken."""
+        self._kept.clear()
+
+
 def make_batches(
     settings: Settings,
-    said: Sequence[Sayer],
     tasks: Sequence[Task],
     *,
     width: int | None = None,
-    policy: Policy | None = None,
+    rollouts: Rollouts | None = None,
+    note: Callable[[str], None] = lambda text: None,
 ) -> list[Batch]:
     """Slots for the tasks, ``width`` per device, else as ``settings.compute`` says or as the devices like it.
 
-    The slots of a rollout all have room for the walls of the fullest scenario, and cost as much as if they were used;
-    so tasks are parted by the number of walls where there are enough of them to keep several rollouts busy.
+    All tasks deploy policies of one `program`. The slots of a rollout all have room for the walls
+    of the fullest scenario, and cost as much as if they were used; so tasks are parted by the number of walls where
+    there are enough of them to keep several rollouts busy.
+
+    Args:
+        settings: that all tasks have in common.
+        tasks: at least one.
+        width: slots per device.
+        rollouts: where to take them from, if some may be there already.
+        note: told why XLA computes, where the native chunk could not.
     """
     width = width or slots_per_device(settings, sum(len(task.wanted(0)) for task in tasks))
+    rollouts = rollouts or Rollouts(settings)
     by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
     kinds = len({wall_capacity([task.site.scenario]) for task in tasks})
     on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]
-    return [
-        Batch(some, _rollout(settings, said, [task.site for task in some], width, policy))
-        for some in (by_walls[start:stop] for start, stop in itertools.pairwise(cuts))
-    ]
-
-
-def _rollout(
-    settings: Settings, said: Sequence[Sayer], sites: Sequence[Site], width: int, policy: Policy | None
-) -> Rollout:
-    shape = Shape(
-        agents=settings.swarm.agents,
-        channels=1 + max(max(one.channels_used) for one in said),
-        walls=wall_capacity([site.scenario for site in sites]),
-        jammers=jammer_room([site.scenario for site in sites]),
-    )
-    devices = runtime.devices(settings.compute)
-    language = Language.of(said)
-    parameters = Parameters.of(settings, policy, language)
-    slots = width * len(devices)
-    like = Rules.like(settings.rules.rules, settings.swarm.agents, language)
-    return Rollout(parameters, shape, like, slots=slots, devices=devices, chunk=settings.compute.chunk)
+    batches: list[Batch] = []
+    for start, stop in itertools.pairwise(cuts):
+        some = by_walls[start:stop]
+        batches.append(Batch(some, rollouts.get(some, tasks, width, [batch.rollout for batch in batches])))
+    for text in dict.fromkeys(batch.rollout.note for batch in batches):
+        if text is not None:
+            note(text)
+    return batches
 
 
 def slots_per_device(settings: Settings, tasks: int) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import math
 import os
 import shlex
@@ -15,24 +14,19 @@ from typing import Any
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
-from slcs2_jax.grammar import Grammar, RuleSets
-from slcs2_jax.grammar.language import Sayer
-from slcs2_jax.policy.decision_list import DecisionList
-from slcs2_jax.policy.first_match import FirstMatch
-from slcs2_jax.policy.policy import Policy
-from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, SavedSolution, ScenarioSummary
-from slcs2_jax.results.reading import ended
-from slcs2_jax.results.run_folder import check_usable
+from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, ScenarioSummary
+from slcs2_jax.results.reading import look
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.batches import make_batches, slots_per_device
-from slcs2_jax.running.instance import Measurement, Site
-from slcs2_jax.running.memory import check_memory, measurement_bytes, search_bytes
-from slcs2_jax.running.run import MakeSearch, Run, prepare
+from slcs2_jax.running.deployable import Deployable, bound
+from slcs2_jax.running.evaluator import Evaluator
+from slcs2_jax.running.memory import check_memory, check_rows, search_bytes
+from slcs2_jax.running.run import Run, prepare
 from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
-from slcs2_jax.search.slcs2 import Search
-from slcs2_jax.swarm.task import task_of
+from slcs2_jax.search.evaluation import Deployment
+from slcs2_jax.search.slcs2 import check_parts
 from slcs2_jax.world.scenario import make_scenario
 
 
@@ -40,22 +34,20 @@ def evolve(
     settings: Sequence[Settings],
     *,
     report: Report | None = None,
-    search: MakeSearch = Search,
     as_begun: bool = False,
 ) -> list[RunSummary]:
-    """Evolve every run, writing its folder if ``run_dir`` is set (spec sections 7 and 8).
+    """Evolve every run, writing its folder if ``run_dir`` is set (docs/model.md).
 
     Runs whose physics, sizes and kind of world agree share one batch. What an instance comes to depends on its own
     settings and seed, not on its neighbours in the batch.
 
-    A folder that holds the same run already is gone on with: a finished run is returned as it is, one that was
-    interrupted goes on from where it was saved, one of fewer generations goes on from its end. Each comes to the same
-    as if it had been made at once.
+    A folder that holds the same run already is continued: a finished run is returned as it is, one that was interrupted
+    goes on from where it was saved, one of fewer generations goes on from its end. Each comes to the same as if it had
+    been made at once.
 
     Args:
         settings: one for each run.
         report: who is told of progress.
-        search: makes each instance's search, with the arguments of ``Search``; another kind may take its place.
         as_begun: a run that goes on does so with the grammar it was begun with, even if the grammar's file is another
             one now; otherwise that is refused.
 
@@ -66,10 +58,14 @@ def evolve(
         Stopped: SIGINT or SIGTERM came; everything is saved.
     """
     report = report or Quiet()
-    summaries, widths = _found(settings)
-    members: dict[int, Run] = {}
+    for one in settings:
+        check_parts(one.search)
+    summaries, widths = _look(settings)
+    runs: dict[int, Run] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:
         batches = _batches(settings, widths)
+        for place in widths:
+            check_rows(settings[place])
         for width, places in batches:
             first = settings[places[0]]
             devices = runtime.devices(first.compute)
@@ -78,32 +74,31 @@ def evolve(
         for width, places in batches:
             for place in places:
                 device = runtime.describe_devices(settings[place].compute)
-                member = prepare(settings[place], search, device=device, width=width, as_begun=as_begun)
-                members[place] = member
-                folders.callback(member.close)
-                if member.folder is not None and (changes := member.folder.config.changes(device)):
-                    report.note(f"{member.folder.path}: {changes}, so the last bits of its results may be others")
-                _raise_if_stopped(stop, members.values())
-        session = _Session([members[place] for place in sorted(members)], report, stop)
+                run = prepare(settings[place], device=device, width=width, as_begun=as_begun)
+                runs[place] = run
+                folders.callback(run.close)
+                if run.folder is not None and (changes := run.folder.config.changes(device)):
+                    report.note(f"{run.folder.path}: {changes}, so the last bits of its results may be others")
+                _raise_if_stopped(stop, runs.values())
+        session = _Session([runs[place] for place in sorted(runs)], report, stop)
         for width, places in batches:
-            session.advance([members[place] for place in places], width)
-    for place, member in members.items():
-        assert member.summary is not None
-        summaries[place] = member.summary
+            session.advance([runs[place] for place in places], width)
+    for place, run in runs.items():
+        assert run.summary is not None
+        summaries[place] = run.summary
     return [summaries[place] for place in range(len(settings))]
 
 
-def _found(settings: Sequence[Settings]) -> tuple[dict[int, RunSummary], dict[int, int | None]]:
+def _look(settings: Sequence[Settings]) -> tuple[dict[int, RunSummary], dict[int, int | None]]:
     """What the folders hold: summaries of runs that have ended, and of each other its slots per device if it began."""
     summaries: dict[int, RunSummary] = {}
     widths: dict[int, int | None] = {}
     for place, one in enumerate(settings):
-        summary = ended(one)
+        config, summary = (None, None) if one.run_dir is None else look(one)
         if summary is not None:
             summaries[place] = summary
         else:
-            found = None if one.run_dir is None else check_usable(one)
-            widths[place] = None if found is None else found.record["width"]
+            widths[place] = None if config is None else config.record["width"]
     return summaries, widths
 
 
@@ -131,26 +126,27 @@ def _batches(settings: Sequence[Settings], widths: Mapping[int, int | None]) -> 
 class _Session:
     """Advances batches of runs one after the other, tells of all of them, and saves."""
 
-    def __init__(self, members: Sequence[Run], report: Report, stop: StopRequest) -> None:
-        self._runs = [run for member in members for run in member.runs]
-        self._members, self._report, self._stop = members, report, stop
+    def __init__(self, runs: Sequence[Run], report: Report, stop: StopRequest) -> None:
+        self._instances = [instance for run in runs for instance in run.instances]
+        self._runs, self._report, self._stop = runs, report, stop
         self._before = self._counts()
 
     def _counts(self) -> tuple[int, int]:
-        return sum(run.evaluations for run in self._runs), sum(run.env_steps for run in self._runs)
+        instances = self._instances
+        return sum(one.evaluations for one in instances), sum(one.env_steps for one in instances)
 
-    def advance(self, members: Sequence[Run], width: int) -> None:
-        """Run a batch to its end. Raises Stopped, StorageError, InputError."""
-        runs = [run for member in members for run in member.runs]
-        start, steps = time.perf_counter(), sum(run.useful_steps for run in runs)
-        saver = Saver(members)
+    def advance(self, runs: Sequence[Run], width: int) -> None:
+        """Take a batch of runs to their end. Raises Stopped, StorageError, InputError."""
+        instances = [instance for run in runs for instance in run.instances]
+        start, steps = time.perf_counter(), sum(instance.useful_steps for instance in instances)
+        saver = Saver(runs)
 
         def conclude() -> None:
-            for member in members:
-                if member.summary is None and member.finished:
+            for run in runs:
+                if run.summary is None and run.finished:
                     seconds = time.perf_counter() - start
-                    made = sum(run.useful_steps for run in runs) - steps
-                    member.conclude(seconds, made / seconds)
+                    made = sum(instance.useful_steps for instance in instances) - steps
+                    run.conclude(seconds, made / seconds)
 
         def after_chunk() -> None:
             self._tell()
@@ -158,30 +154,31 @@ class _Session:
             saver.after_chunk()
             if self._stop.number is not None:
                 saver.save_all()
-                _raise_if_stopped(self._stop, self._members)
+                _raise_if_stopped(self._stop, self._runs)
 
-        if not all(run.finished for run in runs):
-            batches = make_batches(members[0].settings, [member.grammar for member in members], runs, width=width)
+        if not all(instance.finished for instance in instances):
+            batches = make_batches(runs[0].settings, instances, width=width, note=self._report.note)
             usage = play(batches, after_chunk)
-            for member in members:
-                member.note_usage(usage)
+            for run in runs:
+                run.note_usage(usage)
         conclude()
 
     def _tell(self) -> None:
         evaluations, env_steps = self._counts()
+        told = [(one.search.generation, one) for one in self._instances]
         self._report.generation(
-            done=[run.search.generation for run in self._runs],
-            best=[run.winner.fitness if run.search.generation else math.nan for run in self._runs],
+            done=[generation for generation, _ in told],
+            best=[one.winner.fitness if generation else math.nan for generation, one in told],
             evaluations=evaluations - self._before[0],
             env_steps=env_steps - self._before[1],
         )
 
 
-def _raise_if_stopped(stop: StopRequest, members: Iterable[Run]) -> None:
+def _raise_if_stopped(stop: StopRequest, runs: Iterable[Run]) -> None:
     """Raise Stopped if a signal came; the message says how to go on."""
     if stop.number is None:
         return
-    folders = [str(member.folder.path) for member in members if member.folder is not None]
+    folders = [str(run.folder.path) for run in runs if run.folder is not None]
     name = signal.Signals(stop.number).name
     if not folders:
         raise Stopped(f"stopped by {name}; nothing is kept without run_dir", stop.number)
@@ -190,59 +187,53 @@ def _raise_if_stopped(stop: StopRequest, members: Iterable[Run]) -> None:
 
 
 def evaluate(
-    settings: Settings, solution: SavedSolution, *, deployments: int = 1, report: Report | None = None
+    settings: Settings, policy: Deployable, *, deployments: int = 1, report: Report | None = None
 ) -> EvaluationSummary:
-    """Deploy a saved solution in the scenarios of ``settings.instances`` seeds.
+    """Deploy a policy in the scenarios of ``settings.instances`` seeds.
+
+    Args:
+        settings: of the swarm and its worlds.
+        policy: rule-sets, a saved solution or a decision list; see ``bound``.
+        deployments: in each scenario.
+        report: who is told of progress.
 
     Raises:
-        InputError: a setting is impossible, or does not fit the solution.
+        InputError: a setting is impossible, or does not fit the policy.
     """
-    solution.check_fits(settings)
-    grammar = Grammar.of(settings, solution.grammar_text)
-    return _measure(settings, solution.rules, grammar, None, deployments, report or Quiet())
-
-
-def evaluate_list(
-    settings: Settings, decisions: DecisionList, *, deployments: int = 1, report: Report | None = None
-) -> EvaluationSummary:
-    """Deploy a decision list in the scenarios of ``settings.instances`` seeds; ``settings.rules`` is unused.
-
-    Raises:
-        InputError: a setting is impossible.
-    """
-    settings = dataclasses.replace(settings, rules=dataclasses.replace(settings.rules, rules=len(decisions.rules)))
-    rules = decisions.rule_sets(settings.swarm.agents)
-    return _measure(settings, rules, decisions, FirstMatch(), deployments, report or Quiet())
-
-
-def _measure(
-    settings: Settings, rules: RuleSets, said: Sayer, policy: Policy | None, deployments: int, report: Report
-) -> EvaluationSummary:
-    devices = runtime.devices(settings.compute)
-    width = slots_per_device(settings, settings.instances * deployments)
-    check_memory(settings, measurement_bytes(settings, deployments), width * len(devices), devices)
-    sites = [_site(settings, said, instance) for instance in range(settings.instances)]
-    tasks = [Measurement(site, rules, deployments) for site in sites]
-    batches = make_batches(settings, [said], tasks, width=width, policy=policy)
-    start = time.perf_counter()
-
-    def tell() -> None:
-        found = [[one.fitness for one in task.deployments] for task in tasks]
-        report.generation(
-            done=[len(task.taken) for task in tasks],
-            best=[max(values, default=math.nan) for values in found],
-            evaluations=sum(map(len, found)),
-            env_steps=sum(one.steps for task in tasks for one in task.deployments),
-        )
-
-    play(batches, tell)
-    seconds = time.perf_counter() - start
-    steps = sum(one.steps for task in tasks for one in task.deployments)
+    found = Evaluator(settings)([bound(policy, settings)], deployments=deployments, report=report)
+    [rows] = found.deployments
+    seconds = found.usage.seconds - found.usage.compile_seconds
     return EvaluationSummary(
-        scenarios=tuple(_scenario_summary(task) for task in tasks),
+        scenarios=tuple(
+            _scenario_summary(settings.seed + instance, deployed) for instance, deployed in enumerate(rows)
+        ),
         wall_seconds=seconds,
-        env_steps_per_second=steps / seconds,
+        env_steps_per_second=int(found.steps.sum()) / seconds,
     )
+
+
+def deploy_in_runs(
+    settings: Sequence[Settings], policy: Deployable, *, deployments: int, report: Report | None = None
+) -> list[list[list[Deployment]]]:
+    """Deploy a policy in every instance of every run; runs that can share a batch share it.
+
+    Returns:
+        For each of the settings, for each of its instances, the deployments in order.
+
+    Raises:
+        InputError: a setting is impossible, or does not fit the policy.
+    """
+    found: dict[int, list[list[Deployment]]] = {}
+    alike: dict[Any, list[int]] = {}
+    for place, one in enumerate(settings):
+        alike.setdefault(batch_key(one), []).append(place)
+    for places in alike.values():
+        worlds = {place: [make_scenario(settings[place], seed) for seed in _seeds(settings[place])] for place in places}
+        every = [scenario for place in places for scenario in worlds[place]]
+        [rows] = Evaluator(settings[places[0]])([policy], every, deployments=deployments, report=report).deployments
+        left = iter(rows)
+        found |= {place: [list(next(left)) for _ in worlds[place]] for place in places}
+    return [found[place] for place in range(len(settings))]
 
 
 def batch_key(settings: Settings) -> Any:
@@ -252,18 +243,17 @@ def batch_key(settings: Settings) -> Any:
     return settings.radio, settings.swarm, settings.learning, settings.task, settings.compute, sizes
 
 
-def _site(settings: Settings, said: Sayer, instance: int) -> Site:
-    scenario = make_scenario(settings, settings.seed + instance)
-    return Site(scenario, said.channels_used, settings.swarm.packets, task_of(settings))
+def _seeds(settings: Settings) -> range:
+    return range(settings.seed, settings.seed + settings.instances)
 
 
-def _scenario_summary(task: Measurement) -> ScenarioSummary:
-    fitness = [one.fitness for one in task.deployments]
+def _scenario_summary(seed: int, deployed: Sequence[Deployment]) -> ScenarioSummary:
+    fitness = [deployment.fitness for deployment in deployed]
     return ScenarioSummary(
-        seed=task.site.scenario.seed,
+        seed=seed,
         fitness=statistics.fmean(fitness),
         fitness_sd=spread(fitness),
-        delivered=statistics.fmean(one.delivered for one in task.deployments),
-        steps=statistics.fmean(one.steps for one in task.deployments),
+        delivered=statistics.fmean(deployment.delivered for deployment in deployed),
+        steps=statistics.fmean(deployment.steps for deployment in deployed),
         deployments=len(fitness),
     )

@@ -1,159 +1,90 @@
-"""What asks for deployments: a search with the measurement of its winner, and a finished solution's evaluation."""
+"""One instance of a run: a search to its last generation, then its winner over fresh deployments."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from slcs2_jax.config import InputError
+from slcs2_jax.config.field import refuse
 from slcs2_jax.grammar import RuleSets
+from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.rollout import Done, Job
-from slcs2_jax.search.evaluation import Deployment, fresh_deployment_key
+from slcs2_jax.running.task import Measurement, Name, Site
+from slcs2_jax.search.evaluation import Evaluation
+from slcs2_jax.search.history import History, HistoryRow
+from slcs2_jax.search.keys import deployment_key
 from slcs2_jax.search.member import Member
-from slcs2_jax.search.packing import pack_deployments, unpack_deployments
-from slcs2_jax.search.slcs2 import HistoryRow, Search
-from slcs2_jax.swarm.task import Delivery, Score
-from slcs2_jax.world.scenario import Scenario
+from slcs2_jax.search.packing import pack_deployments, pack_state, part_of, unpack_deployments, unpack_state
+from slcs2_jax.search.problem import Problem
+from slcs2_jax.search.protocol import Search, Trial
+from slcs2_jax.search.solution import Solution
 
-Name = tuple[str, int, int]  # stage, generation, deployment
+AHEAD = 10**6  # further than any deployment is computed ahead
 
 
 @dataclass(frozen=True, eq=False)
-class Site:
-    """Where deployments take place, and how an episode is scored."""
+class _Candidate:
+    """A solution under evaluation."""
 
-    scenario: Scenario
-    channels: tuple[int, ...]
-    packets: int
-    task: Delivery
-
-    def job(self, name: Name, rules: RuleSets, key: tuple) -> Job:
-        """One deployment of a solution here."""
-        return Job(name, self.scenario, self.channels, rules, key)
-
-    def score(self, done: Done) -> Deployment:
-        """What the deployment measured, with its fitness by the task."""
-        score = Score(
-            delivered=done.delivered,
-            packets=self.packets,
-            steps=done.steps,
-            time_limit=self.scenario.time_limit,
-            measures=done.measures,
-        )
-        assert done.figures is not None
-        return Deployment(
-            fitness=self.task.fitness(score),
-            delivered=done.delivered,
-            steps=done.steps,
-            contribution=done.contribution,
-            **vars(done.figures),
-        )
-
-
-class Task(Protocol):
-    """Something that needs deployments until it is finished."""
-
-    site: Site
-
-    @property
-    def finished(self) -> bool:
-        """Whether nothing more is needed."""
-        ...
-
-    @property
-    def expected_fitness(self) -> float:
-        """How likely deployments beyond the certain ones are to count: a fitness."""
-        ...
-
-    @property
-    def useful_steps(self) -> int:
-        """Time-steps of the deployments that counted so far."""
-        ...
-
-    def wanted(self, ahead: int) -> list[Name]:
-        """Deployments not yet taken: those certain to count and up to ``ahead`` more that may."""
-        ...
-
-    def job(self, name: Name) -> Job:
-        """What to compute for a wanted deployment."""
-        ...
-
-    def take(self, name: Name, done: Done) -> None:
-        """Receive a wanted deployment."""
-        ...
-
-
-@dataclass(eq=False)
-class Measurement:
-    """A solution deployed again and again on one site, with fresh randomness."""
-
-    site: Site
-    rules: RuleSets
-    count: int
-    taken: dict[int, Deployment] = field(default_factory=dict)
-
-    @property
-    def finished(self) -> bool:
-        """All deployments are in."""
-        return len(self.taken) == self.count
-
-    @property
-    def expected_fitness(self) -> float:
-        """Nothing is speculative here."""
-        return 0.0
-
-    @property
-    def deployments(self) -> list[Deployment]:
-        """Those taken, in order."""
-        return [self.taken[index] for index in sorted(self.taken)]
-
-    @property
-    def useful_steps(self) -> int:
-        """Time-steps of those taken: all count."""
-        return sum(one.steps for one in self.taken.values())
-
-    def wanted(self, ahead: int) -> list[Name]:
-        """All that are missing; they are all certain."""
-        return [("fresh", 0, index) for index in range(self.count) if index not in self.taken]
-
-    def job(self, name: Name) -> Job:
-        """One fresh deployment."""
-        return self.site.job(name, self.rules, fresh_deployment_key(self.site.scenario.seed, name[2]))
-
-    def take(self, name: Name, done: Done) -> None:
-        """Receive one."""
-        deployment = self.site.score(done)
-        deployment.check(f"seed {self.site.scenario.seed}, fresh deployment {name[2]}")
-        self.taken[name[2]] = deployment
+    solution: Solution
+    policy: BoundPolicy
+    trial: Trial
 
 
 class Instance:
-    """One instance: a search to its last generation, then its winner over fresh deployments."""
+    """A search and what it is evaluated by.
 
-    def __init__(self, search: Search, site: Site, fresh: int, record: Callable[[HistoryRow], None]) -> None:
-        """``record`` is told every generation's row."""
+    The solutions that it asks for are deployed side by side. It is told of all of them at once, in their order, when
+    the last one's evaluation is complete; so in which order deployments arrive decides nothing.
+    """
+
+    def __init__(
+        self,
+        search: Search,
+        problem: Problem,
+        site: Site,
+        ready: Callable[[RuleSets], BoundPolicy],
+        record: Callable[[HistoryRow], None],
+    ) -> None:
+        """`ready` makes rule-sets deployable, or refuses them; `record` is told the row of every solution."""
         self.search = search
         self.site = site
         self.evaluations = 0
         self.env_steps = 0
         self.measurement: Measurement | None = None
-        self._fresh = fresh
-        self._record = record
+        self._problem, self._ready, self._record = problem, ready, record
+        self._history = History()
+        self._candidates: dict[int, _Candidate] = {}
         self._begin()
 
     def _begin(self) -> None:
-        """Turn to the solution that the search asks for, or to its winner once it asks for no more."""
-        self.measurement = None
+        """Turn to the solutions that the search asks for, or to its winner once it asks for no more."""
+        self.measurement, self._candidates = None, {}
         if self.search.finished:
-            winner = self.winner.solution
-            self.measurement = Measurement(self.site, RuleSets(winner.mask, winner.action), self._fresh)
+            winner = self._ready(self.winner.solution.rules)
+            self.measurement = Measurement(self.site, winner, self._problem.settings.fresh_deployments)
             return
-        self._trial = self.search.trial()
-        solution = self.search.ask()
-        self._rules = RuleSets(solution.mask, solution.action)
-        self._parent = next((m.fitness for m in self.search.members if m.generation == solution.parent), 0.0)
+        asked = self.search.ask(self._problem.settings.batch)
+        if not asked:
+            raise refuse("search", self._problem.settings.name, "a search that gives a solution until it is finished")
+        for generation, solution in enumerate(asked, start=self.search.generation):
+            self._problem.check(solution, generation)
+            trial = self.search.trial(solution)
+            self._candidates[generation] = _Candidate(solution, self._ready(solution.rules), trial)
+        parents = {candidate.solution.parent for candidate in self._candidates.values()}
+        known = [member.fitness for member in self.search.members if member.generation in parents]
+        self._expected = max(known, default=0.0)
+
+    @property
+    def policy(self) -> BoundPolicy:
+        """The first solution under evaluation, or the winner."""
+        if self.measurement is not None:
+            return self.measurement.policy
+        return next(iter(self._candidates.values())).policy
 
     @property
     def useful_steps(self) -> int:
@@ -172,75 +103,101 @@ class Instance:
 
     @property
     def expected_fitness(self) -> float:
-        """The fitness to expect: the parent's."""
-        return self._parent
+        """That of the fittest parent."""
+        return self._expected
 
     def wanted(self, ahead: int) -> list[Name]:
-        """Deployments of the present solution, then of the winner."""
+        """Deployments of the solutions under evaluation, then of the winner."""
         if self.measurement is not None:
             return self.measurement.wanted(ahead)
-        return [("search", self.search.generation, index) for index in self._trial.wanted(ahead)]
+        return [
+            ("search", generation, index)
+            for generation, candidate in self._candidates.items()
+            for index in candidate.trial.wanted(ahead)
+        ]
+
+    def wants(self, name: Name) -> bool:
+        """May this deployment still count?"""
+        if self.measurement is not None:
+            return self.measurement.wants(name)
+        candidate = self._candidates.get(name[1])
+        return candidate is not None and name[2] in candidate.trial.wanted(AHEAD)
 
     def job(self, name: Name) -> Job:
         """What to compute."""
         if self.measurement is not None:
             return self.measurement.job(name)
-        return self.site.job(name, self._rules, self.search.deployment_key(name[2]))
+        key = deployment_key(self._problem.seed, name[1], name[2])
+        return self.site.job(name, self._candidates[name[1]].policy, key)
 
     def take(self, name: Name, done: Done) -> None:
-        """Receive a deployment; a complete evaluation ends the generation."""
+        """Receive a deployment; the search is told once all evaluations are complete."""
         if self.measurement is not None:
             self.measurement.take(name, done)
             return
-        self._trial.add(name[2], self.site.score(done))
-        if not self._trial.complete:
-            return
-        evaluation = self._trial.result()
-        self.evaluations += evaluation.deployments
-        self.env_steps += round(evaluation.steps * evaluation.deployments)
-        self._record(self.search.tell(evaluation))
-        self._begin()
+        self._candidates[name[1]].trial.add(name[2], self.site.score(done))
+        candidates = list(self._candidates.values())
+        if all(candidate.trial.complete for candidate in candidates):
+            self._tell(
+                [candidate.solution for candidate in candidates], [candidate.trial.result() for candidate in candidates]
+            )
+            self._begin()
 
-    @property
-    def _taken(self) -> dict[int, Deployment]:
-        return self._trial.held if self.measurement is None else self.measurement.taken
+    def _tell(self, solutions: Sequence[Solution], evaluations: Sequence[Evaluation]) -> None:
+        verdicts = self.search.tell(solutions, evaluations)
+        if len(verdicts) != len(solutions):
+            name = self._problem.settings.name
+            raise InputError(f"search={name}: tell() returned {len(verdicts)} verdicts for {len(solutions)} solutions")
+        for solution, evaluation, verdict in zip(solutions, evaluations, verdicts, strict=True):
+            self.evaluations += evaluation.deployments
+            self.env_steps += round(evaluation.steps * evaluation.deployments)
+            self._record(self._history.row(solution, evaluation, verdict))
+
+    def _taken(self) -> dict[tuple[int, int], Any]:
+        """Deployments taken since the search was told last, by generation and number."""
+        if self.measurement is not None:
+            return {(0, index): deployment for index, deployment in self.measurement.taken.items()}
+        return {
+            (generation, index): deployment
+            for generation, candidate in self._candidates.items()
+            for index, deployment in candidate.trial.held.items()
+        }
 
     @property
     def progress(self) -> tuple[int, int]:
         """Generations told, and deployments taken since; another one whenever there is something new to save."""
-        return self.search.generation, len(self._taken)
+        return self.search.generation, len(self._taken())
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Everything the run needs to go on exactly, between two deployments: arrays, and a JSON-able dictionary.
+        """Everything the instance needs to go on exactly, between two deployments: arrays, and JSON-able values.
 
         Deployments that are being computed are left out: they follow from their keys and are computed again.
         """
-        arrays, meta = self.search.state()
-        shape = self._rules.action.shape
-        arrays = {f"search.{name}": array for name, array in arrays.items()}
-        taken = pack_deployments(self._taken, (shape[0], shape[1]))
-        arrays |= {f"taken.{name}": array for name, array in taken.items()}
-        return arrays, {
-            "search": meta,
+        arrays, search = pack_state(self.search.state())
+        taken = pack_deployments(self._taken(), self._problem.shape)
+        named = {f"search.{name}": array for name, array in arrays.items()}
+        named |= {f"taken.{name}": array for name, array in taken.items()}
+        known = self._history.best_generation >= 0
+        return named, {
+            "search": search,
+            "seed": self._problem.seed,
             "evaluations": self.evaluations,
             "env_steps": self.env_steps,
+            "best": [self._history.best, self._history.best_generation] if known else None,
             "measuring": self.measurement is not None,
         }
 
     def restore(self, arrays: Mapping[str, np.ndarray], meta: Mapping[str, Any]) -> None:
-        """Become the run that state() was taken from. Where the search goes further than that one did, it goes on and
-        the measurement of the former winner is dropped."""
-        parts: dict[str, dict[str, np.ndarray]] = {"search": {}, "taken": {}}
-        for name, array in arrays.items():
-            part, _, rest = name.partition(".")
-            parts[part][rest] = array
-        self.search.restore(parts["search"], meta["search"])
+        """Become the instance that state() was taken from. Where the search goes further than that one did, it goes on
+        and the measurement of the former winner is dropped."""
+        self.search.restore(unpack_state(part_of(arrays, "search"), meta["search"], self._problem.vocabulary))
         self.evaluations, self.env_steps = int(meta["evaluations"]), int(meta["env_steps"])
+        self._history = History(*(meta["best"] or ()))
         self._begin()
         if meta["measuring"] != (self.measurement is not None):
             return
-        for index, deployment in unpack_deployments(parts["taken"]).items():
+        for (generation, index), deployment in unpack_deployments(part_of(arrays, "taken")).items():
             if self.measurement is None:
-                self._trial.add(index, deployment)
+                self._candidates[generation].trial.add(index, deployment)
             else:
                 self.measurement.taken[index] = deployment

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config import InputError, Settings
+from slcs2_jax.config.field import refuse
+from slcs2_jax.results.rows import MOST_ROWS
 
 MEMBERS = 50  # of a collection, as they are usually seen
 _BLOCK = 4096 * 32  # bytes of the random rules that each instance holds ready
@@ -27,10 +29,9 @@ def search_bytes(settings: Settings) -> int:
     return settings.instances * (_BLOCK + size * members + 40 * _walls(settings))
 
 
-def measurement_bytes(settings: Settings, deployments: int) -> int:
-    """Of so many deployments in each instance, on the host."""
-    size = 16 * settings.swarm.agents * settings.rules.rules
-    return settings.instances * (size * deployments + 40 * _walls(settings))
+def measurement_bytes(settings: Settings, tasks: int, deployments: int) -> int:
+    """Of so many tasks that make so many deployments in all, on the host."""
+    return 16 * settings.swarm.agents * settings.rules.rules * deployments + 40 * _walls(settings) * tasks
 
 
 def check_memory(settings: Settings, host_bytes: int, slots: int, devices: Sequence[Any]) -> None:
@@ -51,6 +52,28 @@ def check_memory(settings: Settings, host_bytes: int, slots: int, devices: Seque
     else:
         _compare("memory", host_bytes, available_host(), many_instances)
         _compare("device memory", slots_bytes, available_device(devices), many_slots)
+
+
+def check_rows(settings: Settings) -> None:
+    """Raise InputError if a run with a folder would have more rows, one for each generation, than can be read back."""
+    rows = settings.search.generations * settings.instances
+    if settings.run_dir is not None and rows > MOST_ROWS:
+        raise refuse(
+            "generations",
+            settings.search.generations,
+            f"at most {MOST_ROWS // settings.instances} with instances={settings.instances}: a run's folder holds up "
+            f"to {MOST_ROWS:,} generations of all instances together",
+        )
+
+
+def check_fits(name: str, value: int, per_unit: int, what: str) -> None:
+    """Raise InputError naming the setting if `per_unit` bytes for each unit of its value are not there."""
+    there = available_host()
+    if there is not None and value * per_unit > there:
+        raise InputError(
+            f"{name}={value}: {what} takes about {value * per_unit / 1e9:.1f} GB and {there / 1e9:.1f} GB are free; "
+            f"accepted is at most {there // per_unit}"
+        )
 
 
 def _compare(what: str, needed: int, there: int | None, lower: str) -> None:
@@ -85,6 +108,6 @@ def available_device(devices: Sequence[Any]) -> int | None:
 
 
 def _walls(settings: Settings) -> int:
-    """The most that a scenario can have: six to a building (spec section 2)."""
+    """The most that a scenario can have: six to a building (docs/model.md)."""
     world = settings.world
     return int(6 * world.distance / world.building_spacing) if world.buildings else 0

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 from slcs2_jax.rollout import Rollout
-from slcs2_jax.running.instance import Name, Task
+from slcs2_jax.running.task import Name, Task
 from slcs2_jax.running.usage import Usage
 
 FURTHEST = 8  # deployments ahead of the certain ones that may be computed before it is known whether they count
@@ -18,6 +18,7 @@ class Batch:
     def __init__(self, tasks: Sequence[Task], rollout: Rollout) -> None:
         self.tasks, self.rollout = tasks, rollout
         self.device_seconds = 0.0
+        self.compile_seconds = 0.0 if rollout.slot_steps else rollout.compile_seconds  # of one that worked before, none
         self._flying: dict[int, tuple[Task, Name]] = {}
 
     @property
@@ -37,14 +38,14 @@ class Batch:
         self.device_seconds += time.perf_counter() - dispatched
         for done in ended:
             task, name = self._flying.pop(done.slot)
-            if name in task.wanted(FURTHEST):
+            if task.wants(name):
                 task.take(name, done)
         if ended:
             self._drop_unwanted()
 
     def _drop_unwanted(self) -> None:
         for slot, (task, name) in list(self._flying.items()):
-            if name not in task.wanted(FURTHEST):
+            if not task.wants(name):
                 self.rollout.cancel(slot)
                 del self._flying[slot]
 
@@ -77,7 +78,7 @@ def play(batches: Sequence[Batch], after_chunk: Callable[[], None]) -> Usage:
             after_chunk()
     device_seconds = sum(batch.device_seconds for batch in batches) - device_seconds
     return Usage(
-        compile_seconds=sum(batch.rollout.compile_seconds for batch in batches),
+        compile_seconds=sum(batch.compile_seconds for batch in batches),
         device_seconds=device_seconds,
         host_seconds=time.perf_counter() - start - device_seconds,
         slot_steps=sum(batch.rollout.slot_steps for batch in batches) - slot_steps,
@@ -86,7 +87,7 @@ def play(batches: Sequence[Batch], after_chunk: Callable[[], None]) -> Usage:
 
 
 def _queue(tasks: Sequence[Task]) -> Iterator[tuple[Task, Name]]:
-    """Certain deployments of all tasks, then further and further ahead, the most hopeful tasks first."""
+    """Certain deployments of all tasks, then further and further ahead, tasks of greater expected fitness first."""
     going = [task for task in tasks if not task.finished]
     for task in going:
         for name in task.wanted(0):

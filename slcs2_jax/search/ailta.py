@@ -1,12 +1,14 @@
-"""Adaptive iteration limited threshold accepting (AILTA; Misir et al. 2010), the ablation without novelty (spec 8)."""
+"""Adaptive iteration limited threshold accepting (AILTA; Misir et al. 2010), the ablation without novelty."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from slcs2_jax.config import InputError
-from slcs2_jax.search.member import Member, Verdict
+from slcs2_jax.config.field import refuse
+from slcs2_jax.search.member import Member
 from slcs2_jax.search.novelty import novelty
+from slcs2_jax.search.parts import Verdict
+from slcs2_jax.search.problem import Problem
 
 
 class Ailta:
@@ -17,15 +19,14 @@ class Ailta:
     the one considered now. Any acceptance ends the row of rejections.
     """
 
-    def __init__(self, *, rejections: int, threshold: float, threshold_max: float, patience: int) -> None:
-        if rejections < 0 or patience < 1 or not 0 <= threshold <= threshold_max:
-            raise InputError(
-                f"ailta_rejections = {rejections}, ailta_threshold = {threshold}, "
-                f"ailta_threshold_max = {threshold_max}, ailta_patience = {patience}; "
-                "rejections >= 0, 0 <= threshold <= threshold_max and patience >= 1 are accepted"
-            )
-        self._limit, self._patience = rejections, patience
-        self._threshold, self._threshold_max = threshold, threshold_max
+    def __init__(self, problem: Problem) -> None:
+        """Rejections, threshold, its maximum and patience are `search.ailta_...`."""
+        settings = problem.settings
+        if settings.ailta_threshold > settings.ailta_threshold_max:
+            most = f"a number up to search.ailta_threshold_max={settings.ailta_threshold_max:g}"
+            raise refuse("search.ailta_threshold", settings.ailta_threshold, most)
+        self._limit, self._patience = settings.ailta_rejections, settings.ailta_patience
+        self._threshold, self._threshold_max = settings.ailta_threshold, settings.ailta_threshold_max
         self._current: Member | None = None
         self._best = float("-inf")
         self._rejected = 0  # rejections in a row
@@ -57,14 +58,6 @@ class Ailta:
         self._rejected, self._current = 0, newcomer
         removed = () if current is None else (current.generation,)
         return Verdict(accepted=True, novelty=distance, removed=removed, size=1)
-
-    def parent(self) -> tuple[Member, int]:
-        """The current solution and its explorations before this one; counts this one."""
-        if self._current is None:
-            raise InputError("ailta: there is no current solution; one must be considered before a parent is drawn")
-        before = self._current.explorations
-        self._current.explorations = before + 1
-        return self._current, before
 
     def state(self) -> dict[str, Any]:
         """Best fitness and counters."""

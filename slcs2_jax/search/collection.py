@@ -1,4 +1,4 @@
-"""The collection of solutions under novelty domination (paper, Solution-Collection update; spec 8)."""
+"""The collection of solutions under novelty domination (paper, Solution-Collection update; docs/model.md)."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from slcs2_jax.config import InputError
-from slcs2_jax.search.member import Member, Verdict
+from slcs2_jax.search.member import Member
 from slcs2_jax.search.novelty import NoveltyIndex
+from slcs2_jax.search.parts import Verdict
+from slcs2_jax.search.problem import Problem
 
 
 def domination(
@@ -21,13 +22,12 @@ def domination(
 class Collection:
     """Members that do not dominate each other at the time they meet: fit, or far from those that are fitter."""
 
-    def __init__(self, *, agents: int, rules: int, omega0: float) -> None:
-        """`omega0` >= 0 weighs novelty against fitness: omega = omega0 / members."""
-        if not (np.isfinite(omega0) and omega0 >= 0):
-            raise InputError(f"omega0 = {omega0}; a finite number of at least 0 is accepted")
-        self._omega0 = omega0
+    def __init__(self, problem: Problem) -> None:
+        """`search.omega0` weighs novelty against fitness: omega = omega0 / members."""
+        self._omega0 = problem.settings.omega0
+        self._shape = problem.shape
         self._members: list[Member] = []
-        self._index = NoveltyIndex(agents, rules)
+        self._index = NoveltyIndex(*self._shape)
 
     def members(self) -> list[Member]:
         """The members, oldest first."""
@@ -59,24 +59,12 @@ class Collection:
         self._members.append(member)
         self._index.add(ids)
 
-    def parent(self) -> tuple[Member, int]:
-        """The member with the fewest explorations (newest on ties) and its count before this one; counts this one."""
-        if not self._members:
-            raise InputError("collection: it is empty; a solution must be considered before a parent is drawn")
-        member = min(self._members, key=lambda one: (one.explorations, -one.generation))
-        before = member.explorations
-        member.explorations = before + 1
-        return member, before
-
     def state(self) -> dict[str, Any]:
         """Nothing besides the members is remembered."""
         return {}
 
     def restore(self, members: list[Member], state: dict[str, Any]) -> None:
         """Hold exactly these members, in this order."""
-        self._members = []
+        self._members, self._index = [], NoveltyIndex(*self._shape)
         for member in members:
-            ids = member.solution.ids
-            if not self._members:
-                self._index = NoveltyIndex(*ids.shape)
-            self._append(member, ids)
+            self._append(member, member.solution.ids)

@@ -6,65 +6,55 @@ import json
 import math
 import struct
 import zlib
-from dataclasses import fields
-from typing import Any, Generic, TypeVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-Record = TypeVar("Record")
-
 _LENGTH = struct.Struct("<I")
-_MOST = 64 * 1000 * 16  # bytes of an array: agents, rules, and a condition's words
+_MOST = 64 * 1000 * 128  # bytes of all arrays: agents, rules, and a condition's words and figures
 
 
-class Compressed(Generic[Record]):
-    """A dataclass instance of arrays, numbers and tuples of numbers as one string of bytes, without loss.
+def compress(values: Mapping[str, Any]) -> bytes:
+    """Arrays, numbers and tuples of numbers by name as one string of bytes, without loss.
 
-    The bytes are a head (JSON: a value for each field, and for an array its type, shape and length), with its length
+    The bytes are a head (JSON: a value for each name, and for an array its type, shape and length), with its length
     before it, and the arrays behind it, each compressed. They can be stored as they are.
     """
-
-    def __init__(self, record: Record) -> None:
-        self._kind = type(record)
-        head: dict[str, Any] = {}
-        arrays = []
-        for field in fields(record):  # type: ignore[arg-type]
-            value = getattr(record, field.name)
-            if isinstance(value, np.ndarray):
-                arrays.append(zlib.compress(np.ascontiguousarray(value).data, 1))
-                value = {"dtype": value.dtype.str, "shape": value.shape, "length": len(arrays[-1])}
-            head[field.name] = value
-        text = json.dumps(head).encode()
-        self.data = b"".join([_LENGTH.pack(len(text)), text, *arrays])
-
-    @classmethod
-    def of_data(cls, kind: type[Record], data: bytes) -> Compressed[Record]:
-        """The one whose `data` this was. Raises ValueError, KeyError, TypeError or zlib.error if it was none's."""
-        made = cls.__new__(cls)
-        made._kind, made.data = kind, data
-        made.record()  # what cannot be unpacked is found out now
-        return made
-
-    def record(self) -> Record:
-        """An instance with the same values."""
-        start = _LENGTH.size
-        (length,) = _LENGTH.unpack_from(self.data)
-        head, start = json.loads(self.data[start : start + length]), start + length
-        for name, value in head.items():
-            if isinstance(value, dict):
-                dtype, size = np.dtype(value["dtype"]), math.prod(value["shape"])
-                raw = _unpacked(self.data[start : start + value["length"]], size * dtype.itemsize)
-                head[name] = np.frombuffer(raw, dtype).reshape(value["shape"])
-                start += value["length"]
-            elif isinstance(value, list):
-                head[name] = tuple(value)
-        return self._kind(**head)
+    head: dict[str, Any] = {}
+    arrays = []
+    for name, value in values.items():
+        if isinstance(value, np.ndarray):
+            arrays.append(zlib.compress(np.ascontiguousarray(value).data, 1))
+            value = {"dtype": value.dtype.str, "shape": value.shape, "length": len(arrays[-1])}
+        head[name] = value
+    text = json.dumps(head).encode()
+    return b"".join([_LENGTH.pack(len(text)), text, *arrays])
 
 
-def _unpacked(data: bytes, size: int) -> bytearray:
+def decompress(data: bytes) -> dict[str, Any]:
+    """What `compress` was given. Raises ValueError, KeyError, TypeError, AttributeError, struct.error or zlib.error for
+    other bytes."""
+    (length,) = _LENGTH.unpack_from(data)
+    start = _LENGTH.size + length
+    values: dict[str, Any] = {}
+    left = _MOST
+    for name, value in json.loads(data[_LENGTH.size : start]).items():
+        if isinstance(value, dict):
+            dtype, size = np.dtype(value["dtype"]), math.prod(value["shape"])
+            raw = _unpacked(data[start : start + value["length"]], size * dtype.itemsize, left)
+            left -= len(raw)
+            values[name] = np.frombuffer(raw, dtype).reshape(value["shape"])
+            start += value["length"]
+        else:
+            values[name] = tuple(value) if isinstance(value, list) else value
+    return values
+
+
+def _unpacked(data: bytes, size: int, most: int) -> bytearray:
     """So many bytes from compressed ones, and never more. Raises ValueError, zlib.error."""
-    if not 0 <= size <= _MOST:
-        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST}")
+    if not 0 <= size <= most:
+        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST} in all")
     unpacking = zlib.decompressobj()
     raw = unpacking.decompress(data, size + 1)
     if len(raw) != size or not unpacking.eof:

@@ -1,4 +1,4 @@
-"""Behavioural distance between solutions, Delta b (paper, Solution-Collection update; spec 8).
+"""Behavioural distance between solutions, Delta b (paper, Solution-Collection update).
 
 Delta b'(X_i, Y_i) of two rule-sets is the share, among the rules of both, of rules that the other rule-set lacks;
 Delta b is its mean over the agents, agent i compared with agent i only. A rule held twice counts twice. As every

@@ -1,4 +1,4 @@
-"""A new solution from a parent: crossover and mutation of low-quality rule-sets (paper, Rule-Set Evolution; spec 7-8).
+"""A new solution from a parent: crossover and mutation of low-quality rule-sets (paper, Rule-Set Evolution).
 
 [n, R] = agents, rules; L = rule-sets that evolve. Each of them becomes, in this order,
   varpi     of its own rules, lowest error first (used before unused, then by index),
@@ -10,11 +10,14 @@ and every other rule-set is passed on as it is.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from slcs2_jax.search.evaluation import Evaluation
-from slcs2_jax.search.solution import Origin, Solution
+from slcs2_jax.search.member import Member
+from slcs2_jax.search.problem import Problem
+from slcs2_jax.search.solution import ORIGIN, Origin, Solution
 from slcs2_jax.search.supply import RuleSupply
 
 # A product that is a whole number on paper, as 100 * 0.58 / 2, can fall short of it by one rounding error.
@@ -24,7 +27,7 @@ _ROUNDING = 1e-9
 def low_quality(contribution: np.ndarray) -> np.ndarray:
     """bool[n]: agents whose contribution int[n] is below the mean; all of them if all contribute the same.
 
-    That exception is the deviation of spec 7: nobody would evolve, usually because nothing is delivered yet.
+    That exception deviates from the paper: nobody would evolve, usually because nothing is delivered yet.
     """
     low = contribution * contribution.size < contribution.sum()
     return low if low.any() else np.ones_like(low)
@@ -45,7 +48,7 @@ def donor_weights(contribution: np.ndarray, receivers: np.ndarray) -> np.ndarray
 def kept_count(rules: int, fitness: float, explorations: int, varrho: float) -> int:
     """varpi = floor(R clip(fit / 2 - phi / varrho, 0, 1)), phi counted before this attempt.
 
-    The paper prints max(1, .) where spec 8 has the clip: that would leave no room for any change.
+    The paper prints max(1, .) in place of the clip: that would leave no room for any change.
     """
     share = min(1.0, max(0.0, fitness / 2 - explorations / varrho))
     return math.floor(rules * share + _ROUNDING)
@@ -77,6 +80,36 @@ def draw_exchange(
     return (ends <= pick[:, None]).sum(axis=1), count
 
 
+class Exchange:
+    """The paper's variation: `offspring` with `search.varrho`, and with `exchange` or without."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._varrho, self._exchange = problem.settings.varrho, problem.settings.exchange
+
+    def __call__(
+        self,
+        parent: Solution,
+        evaluation: Evaluation,
+        *,
+        explorations: int,
+        generation: int,
+        members: Sequence[Member],
+        supply: RuleSupply,
+        rng: np.random.Generator,
+    ) -> Solution:
+        """See `Variation`."""
+        return offspring(
+            parent,
+            evaluation,
+            explorations=explorations,
+            generation=generation,
+            varrho=self._varrho,
+            exchange=self._exchange,
+            supply=supply,
+            rng=rng,
+        )
+
+
 def offspring(
     parent: Solution,
     evaluation: Evaluation,
@@ -90,9 +123,11 @@ def offspring(
 ) -> Solution:
     """The child of `parent`, born in `generation`; `explorations` = phi of the parent before this attempt.
 
-    Without `exchange` nothing is copied (varsigma = 0). `rng` draws donors and shares, `supply` gives the new rules.
+    Without `exchange` nothing is copied (varsigma = 0); reflexes and initial quality are not passed on. `rng` draws
+    donors and shares, `supply` gives the new rules.
     """
-    agents, rules = parent.agents, parent.rules
+    agents, rules = parent.shape
+    figures = evaluation.figures
     receivers = np.flatnonzero(low_quality(evaluation.contribution_sum))
     kept = kept_count(rules, evaluation.fitness, explorations, varrho)
     donors, copied = receivers, np.zeros(receivers.size, np.int64)
@@ -102,19 +137,20 @@ def offspring(
     # Where each rule of the child comes from: agent and rule of the parent, [n, R].
     from_agent = np.repeat(np.arange(agents), rules).reshape(agents, rules)
     from_rule = np.tile(np.arange(rules), (agents, 1))
-    from_rule[receivers, :kept] = lowest_error(evaluation.error[receivers], evaluation.used[receivers])[:, :kept]
+    from_rule[receivers, :kept] = lowest_error(figures.error[receivers], evaluation.used[receivers])[:, :kept]
     taken = np.arange(rules - kept) < copied[:, None]  # [L, R - varpi]
-    best = greatest_strength(evaluation.strength[donors])[:, : rules - kept]
+    best = greatest_strength(figures.strength[donors])[:, : rules - kept]
     is_copied, is_new = np.zeros((2, agents, rules), bool)
     is_copied[receivers, kept:] = taken
     is_new[receivers, kept:] = ~taken
     from_agent[is_copied] = np.repeat(donors, copied)
     from_rule[is_copied] = best[taken]
 
-    arrays = {name: array[from_agent, from_rule] for name, array in parent.arrays().items()}
+    arrays = {name: parent.arrays()[name][from_agent, from_rule] for name in ("mask", "action", *ORIGIN)}
     for name, array in supply.take(int(is_new.sum())).items():
         arrays[name][is_new] = array
     arrays["origin_kind"][is_copied], arrays["origin_kind"][is_new] = Origin.COPIED, Origin.RANDOM
     arrays["origin_generation"][is_copied | is_new] = generation
     arrays["origin_agent"][is_copied], arrays["origin_agent"][is_new] = from_agent[is_copied], -1
-    return Solution(**arrays, generation=generation, parent=parent.generation)
+    child = {"generation": generation, "parent": parent.generation}
+    return Solution.of(arrays | child, parent.rules.vocabulary)

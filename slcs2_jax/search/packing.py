@@ -1,95 +1,123 @@
-"""Solutions, members and deployments as arrays, and back. m = how many; [n, R] as elsewhere."""
+"""What a search holds, as arrays and JSON-able values, and back. m = how many; [n, R] = agents, rules."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from slcs2_jax.grammar.vocabulary import Vocabulary
+from slcs2_jax.results.figures import Figures
+from slcs2_jax.search.compressed import compress, decompress
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.member import Member
+from slcs2_jax.search.protocol import SearchState
 from slcs2_jax.search.solution import Solution
 
-_SOLUTION = {
-    "mask": (np.uint32, (1,)),
-    "action": (np.uint8, ()),
-    "origin_kind": (np.uint8, ()),
-    "origin_generation": (np.int32, ()),
-    "origin_agent": (np.int8, ()),
-}
-_MEASURED = ("quality", "strength", "error", "usage")
+Packed = dict[str, np.ndarray]
 
 
-def _stack(rows: list[np.ndarray], shape: tuple[int, ...], dtype: type) -> np.ndarray:
-    return np.stack(rows) if rows else np.empty((0, *shape), dtype)
-
-
-def pack_solutions(solutions: list[Solution], shape: tuple[int, int]) -> dict[str, np.ndarray]:
-    """Arrays [m, n, R, ...] by field name; generation and parent int64[m]."""
-    arrays = {
-        name: _stack([getattr(one, name) for one in solutions], (*shape, *tail), dtype)
-        for name, (dtype, tail) in _SOLUTION.items()
-    }
-    arrays["generation"] = np.array([one.generation for one in solutions], np.int64)
-    arrays["parent"] = np.array([one.parent for one in solutions], np.int64)
-    return arrays
-
-
-def unpack_solutions(arrays: dict[str, np.ndarray]) -> list[Solution]:
-    """The solutions that pack_solutions was given."""
-    generations, parents = arrays["generation"].tolist(), arrays["parent"].tolist()
-    solutions = []
-    for place, (generation, parent) in enumerate(zip(generations, parents, strict=True)):
-        one = {name: arrays[name][place].copy() for name in _SOLUTION}
-        solutions.append(Solution(**one, generation=generation, parent=parent))
-    return solutions
-
-
-def pack_members(members: list[Member]) -> dict[str, np.ndarray]:
-    """The members as they are kept, one behind the other: data uint8, length int64[m, 2], explorations int64[m]."""
-    pieces = [member.data for member in members]
+def _pack(pieces: Sequence[Sequence[bytes]], parts: int) -> Packed:
+    """Bytes of m records of so many parts, one behind the other: data uint8, length int64[m, parts]."""
     return {
-        "data": np.frombuffer(b"".join(piece for pair in pieces for piece in pair), np.uint8),
-        "length": np.array([[len(piece) for piece in pair] for pair in pieces], np.int64).reshape(-1, 2),
-        "explorations": np.array([member.explorations for member in members], np.int64),
+        "data": np.frombuffer(b"".join(piece for record in pieces for piece in record), np.uint8),
+        "length": np.array([[len(piece) for piece in record] for record in pieces], np.int64).reshape(-1, parts),
     }
 
 
-def unpack_members(arrays: dict[str, np.ndarray]) -> list[Member]:
-    """The members that pack_members was given. What it raises for other arrays, see `Compressed`."""
-    data, members, start = arrays["data"].tobytes(), [], 0
-    for (one, other), explorations in zip(arrays["length"].tolist(), arrays["explorations"].tolist(), strict=True):
-        middle, end = start + one, start + one + other
-        members.append(Member.of_data(data[start:middle], data[middle:end], explorations))
-        start = end
-    return members
+def _unpack(arrays: Mapping[str, np.ndarray]) -> list[list[bytes]]:
+    """The records that _pack was given."""
+    data, lengths = arrays["data"].tobytes(), arrays["length"]
+    ends = np.cumsum(lengths).reshape(lengths.shape)
+    if (lengths < 0).any() or (ends.size and ends.flat[-1] != len(data)):
+        raise ValueError("its records are not as long as it says")
+    pairs = zip((ends - lengths).tolist(), ends.tolist(), strict=True)
+    return [[data[start:end] for start, end in zip(*record, strict=True)] for record in pairs]
 
 
-def pack_deployments(held: Mapping[int, Deployment], shape: tuple[int, int]) -> dict[str, np.ndarray]:
-    """The arrays of deployments by number, in the order of their numbers."""
-    order = sorted(held)
-    arrays = {
-        "index": np.array(order, np.int64),
-        "fitness": np.array([held[index].fitness for index in order], np.float64),
-        "delivered": np.array([held[index].delivered for index in order], np.int64),
-        "steps": np.array([held[index].steps for index in order], np.int64),
-        "contribution": _stack([held[index].contribution for index in order], shape[:1], np.int32),
+def pack_solutions(solutions: Sequence[Solution]) -> Packed:
+    """Solutions as bytes; see `compress`."""
+    return _pack([[compress(solution.values())] for solution in solutions], 1)
+
+
+def unpack_solutions(arrays: Mapping[str, np.ndarray], vocabulary: Vocabulary) -> list[Solution]:
+    """The solutions that pack_solutions was given. For what it raises on other arrays see `decompress`."""
+    return [Solution.of(decompress(data), vocabulary) for [data] in _unpack(arrays)]
+
+
+def pack_members(members: Sequence[Member]) -> Packed:
+    """The members as they are kept, and explorations int64[m]."""
+    explorations = np.array([member.explorations for member in members], np.int64)
+    return _pack([member.data for member in members], 2) | {"explorations": explorations}
+
+
+def unpack_members(arrays: Mapping[str, np.ndarray], vocabulary: Vocabulary) -> list[Member]:
+    """The members that pack_members was given. For what it raises on other arrays see `decompress`."""
+    pairs = zip(_unpack(arrays), arrays["explorations"].tolist(), strict=True)
+    return [Member.of_data(solution, evaluation, count, vocabulary) for (solution, evaluation), count in pairs]
+
+
+def pack_deployments(held: Mapping[tuple[int, int], Deployment], shape: tuple[int, int]) -> Packed:
+    """The arrays of deployments of solutions with rules, by generation and number, in their order."""
+    order = [held[index] for index in sorted(held)]
+    contributions = [deployment.contribution for deployment in order]
+    return {
+        "index": np.array(sorted(held), np.int64).reshape(-1, 2),
+        "fitness": np.array([deployment.fitness for deployment in order], np.float64),
+        "delivered": np.array([deployment.delivered for deployment in order], np.int64),
+        "steps": np.array([deployment.steps for deployment in order], np.int64),
+        "contribution": np.stack(contributions) if order else np.empty((0, shape[0]), np.int32),
+        **Figures.stacked([deployment.figures for deployment in order if deployment.figures is not None], shape),
     }
-    for name in _MEASURED:
-        dtype = np.int32 if name == "usage" else np.float32
-        arrays[name] = _stack([getattr(held[index], name) for index in order], shape, dtype)
-    return arrays
 
 
-def unpack_deployments(arrays: Mapping[str, np.ndarray]) -> dict[int, Deployment]:
+def unpack_deployments(arrays: Mapping[str, np.ndarray]) -> dict[tuple[int, int], Deployment]:
     """The deployments that pack_deployments was given."""
     return {
-        int(index): Deployment(
+        (generation, index): Deployment(
             fitness=float(arrays["fitness"][place]),
             delivered=int(arrays["delivered"][place]),
             steps=int(arrays["steps"][place]),
             contribution=arrays["contribution"][place].copy(),
-            **{name: arrays[name][place].copy() for name in _MEASURED},
+            figures=Figures.taken(arrays, place),
         )
-        for place, index in enumerate(arrays["index"].tolist())
+        for place, (generation, index) in enumerate(arrays["index"].tolist())
     }
+
+
+def pack_state(state: SearchState) -> tuple[Packed, dict[str, Any]]:
+    """A search's state for a file. The best is stored with the members, behind them if it is none."""
+    place = next((place for place, member in enumerate(state.members) if member is state.best), None)
+    held = state.members if place is not None or state.best is None else [*state.members, state.best]
+    arrays = {f"own.{name}": array for name, array in state.arrays.items()}
+    arrays |= {f"members.{name}": array for name, array in pack_members(held).items()}
+    arrays |= {f"asked.{name}": array for name, array in pack_solutions(state.asked).items()}
+    best = None if state.best is None else (len(state.members) if place is None else place)
+    return arrays, {"generation": state.generation, "members": len(state.members), "best": best, "own": state.meta}
+
+
+def unpack_state(arrays: Mapping[str, np.ndarray], meta: Mapping[str, Any], vocabulary: Vocabulary) -> SearchState:
+    """The state that pack_state was given."""
+    members, best = unpack_held(arrays, meta, vocabulary)
+    return SearchState(
+        generation=int(meta["generation"]),
+        members=members,
+        best=best,
+        asked=unpack_solutions(part_of(arrays, "asked"), vocabulary),
+        arrays=part_of(arrays, "own"),
+        meta=dict(meta["own"]),
+    )
+
+
+def unpack_held(
+    arrays: Mapping[str, np.ndarray], meta: Mapping[str, Any], vocabulary: Vocabulary
+) -> tuple[list[Member], Member | None]:
+    """Members and best of the state that pack_state was given."""
+    held = unpack_members(part_of(arrays, "members"), vocabulary)
+    return held[: meta["members"]], None if meta["best"] is None else held[meta["best"]]
+
+
+def part_of(arrays: Mapping[str, np.ndarray], part: str) -> dict[str, np.ndarray]:
+    """The arrays whose names begin with `part.`, by the rest of their names."""
+    return {name[len(part) + 1 :]: array for name, array in arrays.items() if name.startswith(f"{part}.")}

@@ -1,14 +1,17 @@
-"""A solution: one rule-set per agent, with every rule's origin. [n, R] = agents, rules; masks are 4 words."""
+"""A solution: one rule-set per agent, with every rule's origin. [n, R] = agents, rules."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
 from slcs2_jax.config import InputError
-from slcs2_jax.grammar import rule_ids
+from slcs2_jax.grammar import RuleSets
+from slcs2_jax.grammar.vocabulary import PAPER, Vocabulary
 from slcs2_jax.search.supply import RuleSupply
 
 
@@ -20,13 +23,8 @@ class Origin(IntEnum):
     COPIED = 2  # taken over from another agent's rule-set of the parent solution
 
 
-_RULE_ARRAYS = {
-    "mask": np.uint32,
-    "action": np.uint8,
-    "origin_kind": np.uint8,
-    "origin_generation": np.int32,
-    "origin_agent": np.int8,
-}
+ORIGIN = {"origin_kind": np.uint8, "origin_generation": np.int32, "origin_agent": np.int8}
+_EXTRAS = ("reflex", "quality")  # of rule-sets, where they have them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -36,8 +34,7 @@ class Solution:
     The arrays are made read-only: members of a collection share no state that anyone can change.
     """
 
-    mask: np.ndarray  # uint32[n, R, 4] clause masks
-    action: np.ndarray  # uint8[n, R] action numbers
+    rules: RuleSets
     origin_kind: np.ndarray  # uint8[n, R] of Origin
     origin_generation: np.ndarray  # int32[n, R] generation in which the rule got its kind
     origin_agent: np.ndarray  # int8[n, R] agent it was copied from; -1 if it was not
@@ -45,49 +42,69 @@ class Solution:
     parent: int  # generation of the solution it was made from; -1 for the first
 
     def __post_init__(self) -> None:
-        shape = self.action.shape
-        if len(shape) != 2:
-            raise InputError(f"solution.action has shape {shape}; [agents, rules] is expected")
-        for name, dtype in _RULE_ARRAYS.items():
+        for name, dtype in ORIGIN.items():
             array = getattr(self, name)
-            expected = (*shape, self.mask.shape[-1]) if name == "mask" else shape
-            if array.shape != expected or array.dtype != dtype:
-                found = f"{array.dtype}{list(array.shape)}"
-                raise InputError(f"solution.{name} is {found}; {np.dtype(dtype)}{list(expected)} is expected")
+            if array.shape != self.shape or array.dtype != dtype:
+                got = f"{array.dtype}{list(array.shape)}"
+                raise InputError(f"solution.{name} is {got}; {np.dtype(dtype)}{list(self.shape)} is expected")
+        for array in self.arrays().values():
             array.flags.writeable = False
 
-    @property
-    def agents(self) -> int:
-        return self.action.shape[0]
+    @classmethod
+    def of(cls, values: Mapping[str, Any], vocabulary: Vocabulary = PAPER) -> Solution:
+        """The solution whose `values` these are."""
+        extras = {name: values[name] for name in _EXTRAS if name in values}
+        rules = RuleSets(values["mask"], values["action"], vocabulary, **extras)
+        origin = {name: values[name] for name in ORIGIN}
+        return cls(rules=rules, **origin, generation=values["generation"], parent=values["parent"])
+
+    @classmethod
+    def made(cls, rules: RuleSets, *, generation: int, parent: int = -1) -> Solution:
+        """Rule-sets whose rules all count as new in this generation, for searches that do not trace their origins."""
+        shape = rules.action.shape
+        return cls(
+            rules=rules,
+            origin_kind=np.full(shape, Origin.RANDOM if generation else Origin.INITIAL, np.uint8),
+            origin_generation=np.full(shape, generation, np.int32),
+            origin_agent=np.full(shape, -1, np.int8),
+            generation=generation,
+            parent=parent,
+        )
 
     @property
-    def rules(self) -> int:
-        return self.action.shape[1]
+    def shape(self) -> tuple[int, int]:
+        """Agents and rules."""
+        agents, rules = self.rules.action.shape
+        return agents, rules
 
     @property
     def ids(self) -> np.ndarray:
         """Rule identities uint64[n, R], computed at each look."""
-        return rule_ids(self.mask, self.action)
+        return self.rules.ids()
+
+    @property
+    def homogeneous(self) -> bool:
+        """Have all agents the same rules in the same places?"""
+        rules = [array for name, array in self.arrays().items() if name not in ORIGIN]
+        return all(bool((array == array[:1]).all()) for array in rules)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The per-rule arrays by name."""
-        return {name: getattr(self, name) for name in _RULE_ARRAYS}
+        """The per-rule arrays by name: mask, action, where they are there reflex and quality, and origins."""
+        arrays: dict[str, np.ndarray] = {"mask": self.rules.mask, "action": self.rules.action}
+        arrays |= {name: array for name in _EXTRAS if (array := getattr(self.rules, name)) is not None}
+        return arrays | {name: getattr(self, name) for name in ORIGIN}
+
+    def values(self) -> dict[str, Any]:
+        """Everything but the vocabulary, as arrays and numbers."""
+        return self.arrays() | {"generation": self.generation, "parent": self.parent}
 
     def equals(self, other: Solution) -> bool:
-        """True iff every field is the same (arrays element by element)."""
-        return all(np.array_equal(getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        """True iff every value is the same (arrays element by element)."""
+        mine, its = self.values(), other.values()
+        return mine.keys() == its.keys() and all(np.array_equal(mine[name], its[name]) for name in mine)
 
 
-def initial_solution(agents: int, rules: int, supply: RuleSupply) -> Solution:
-    """The first solution of a run: `agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
-    shape = (agents, rules)
+def random_rules(agents: int, rules: int, supply: RuleSupply, vocabulary: Vocabulary = PAPER) -> RuleSets:
+    """`agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
     drawn = supply.take(agents * rules)
-    return Solution(
-        mask=drawn["mask"].reshape(*shape, -1),
-        action=drawn["action"].reshape(shape),
-        origin_kind=np.full(shape, Origin.INITIAL, np.uint8),
-        origin_generation=np.zeros(shape, np.int32),
-        origin_agent=np.full(shape, -1, np.int8),
-        generation=0,
-        parent=-1,
-    )
+    return RuleSets(drawn["mask"].reshape(agents, rules, -1), drawn["action"].reshape(agents, rules), vocabulary)

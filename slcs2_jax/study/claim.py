@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from slcs2_jax.study.arm import CELLS, Cell, cell_named
-from slcs2_jax.study.statistics import ALPHA, Comparison, Interval, Values, contrast, describe, share_interval
+from slcs2_jax.results.arm import CELLS, Cell, cell_named
+from slcs2_jax.study.statistics import ALPHA, Comparison, Interval, contrast, share_interval
 from slcs2_jax.study.study import Contest, Study
 
 ALIKE = 0.1  # fitness; means that differ by less, 5 % of the fitness range, count as alike
@@ -36,7 +36,8 @@ KINDS = {
     "drop": "holds: the 90 % interval of the drop lies above 0; in direction: lower mean",
     "steady": "holds: the 90 % interval of the difference lies within ±5 % of the fitness range; in direction: the "
     "interval holds 0",
-    "failures": "holds: the 90 % interval of the share holds the paper's; in direction: at least half of the paper's "
+    "failures": "holds: the 90 % interval of the share of instances in which nothing is delivered, in any deployment "
+    "that the figure is the mean of, holds the paper's; in direction: at least half of the paper's "
     "share, or at most 5 % where the paper has none",
 }
 FEWEST = 4  # instances; of fewer nothing can be significant by the paper's rule, so nothing could be confirmed
@@ -214,41 +215,22 @@ def _weigh_cells(claim: Claim, study: Study, place: Cell, metric: str) -> Eviden
 
 
 def _failures(claim: Claim, study: Study, metric: str) -> Evidence:
-    """Share of deployments, or of searches, that deliver nothing, over all the places together."""
+    """Share of instances in which nothing is delivered, over all the places together; the same for every arm."""
     assert claim.rate is not None
-    shares = failure_shares(study, claim.arm, claim.places, metric)
+    failed = np.concatenate([study.sample(claim.arm, place, metric) for place in claim.places]) <= -1
     where = "+".join(place.name for place in claim.places)
     complete = all(len(study.seeds(place, metric)) >= FEWEST for place in claim.places)
     if not complete:
-        return Evidence(place=where, verdict=Verdict.UNKNOWN, count=len(shares), paper=claim.rate)
-    share, interval = float(shares.mean()), _share_interval(shares)
+        return Evidence(place=where, verdict=Verdict.UNKNOWN, count=len(failed), paper=claim.rate)
+    share, interval = float(failed.mean()), share_interval(int(failed.sum()), len(failed))
     near = share >= claim.rate / 2 if claim.rate else share <= 0.05
     fits = interval.holds(claim.rate)
     return Evidence(
         place=where,
         verdict=Verdict.HOLDS if fits else Verdict.DIRECTION if near else Verdict.FAILS,
-        count=len(shares),
+        count=len(failed),
         value=share,
         interval=interval,
         paper=claim.rate,
         fits=fits,
     )
-
-
-def failure_shares(study: Study, arm: str, cells: Sequence[Cell], metric: str) -> Values:
-    """For each instance in these cells the share of its deployments with fitness -1; of a search, 0 or 1."""
-    shares = []
-    for cell in cells:
-        by_seed = {one.seed: one for one in study.outcomes if (one.arm, one.cell) == (arm, cell)}
-        for seed, figure in zip(study.seeds(cell, metric), study.sample(arm, cell, metric), strict=True):
-            one = by_seed[seed]
-            values = np.array([figure]) if one.evolves else one.deployments
-            shares.append(float((values <= -1).mean()))
-    return np.array(shares, dtype=np.float64)
-
-
-def _share_interval(shares: Values) -> Interval:
-    """Wilson's where every instance counts wholly or not at all, else the bootstrap over instances."""
-    if np.isin(shares, (0.0, 1.0)).all():
-        return share_interval(int(shares.sum()), len(shares))
-    return describe(shares).bootstrap or Interval(float(shares.mean()), float(shares.mean()))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,21 +13,16 @@ from numpy.typing import NDArray
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.field import show
-from slcs2_jax.config.schema import settings_fields
 from slcs2_jax.results import FinishedRun, read_run
+from slcs2_jax.results.arm import Cell, arm_at, arm_of, cell_of
+from slcs2_jax.results.progress import counted
 from slcs2_jax.results.run_folder import folders_with_config
-from slcs2_jax.study.arm import COMPARED, Cell, arm_of, cell_of
+from slcs2_jax.study.factor import Point, factors, point_of, point_text
 
-# How far a run goes, which the report treats by itself; and of the settings that are no part of the model the one that
-# figures depend on.
-_GENERATIONS, _FRESH = "generations", "search.fresh_deployments"
 EVOLVED = "evolve"  # kind of a run in its record
-CONTROLLER = "controller"  # in the record of an evaluation: the behaviour made by hand
+POLICY = "policy"  # in the record of an evaluation: what was deployed, if it was no saved solution
+_FORMER_POLICY = "controller"  # what that was called
 DEPLOYED = "fitness"  # in its summary: of each deployment in its one instance
-# What environment= and range= set: these differ between cells, never within one.
-_OF_THE_CELL = frozenset(
-    {"environment", "range", "world.buildings", "world.jammer", "world.distance", "world.time_limit"}
-)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -35,6 +30,8 @@ class Outcome:
     """One instance of one run.
 
     Attributes:
+        algorithm: its arm's name without `point`.
+        point: the factors of all results of the folder in which it is not at their base, with its values.
         curve: float64[generations], best fitness so far; empty for a behaviour that does not evolve.
         fresh: mean fitness of the winner over its fresh deployments; None while the run has not ended.
         deployments: float64[...], fitness of each deployment of a behaviour that does not evolve; empty for others.
@@ -43,7 +40,7 @@ class Outcome:
             0 while the run has not ended.
     """
 
-    arm: str
+    algorithm: str
     cell: Cell
     seed: int
     curve: NDArray[np.float64]
@@ -56,6 +53,12 @@ class Outcome:
     settings: Settings
     record: Mapping[str, Any]
     folder: Path
+    point: Point = ()
+
+    @property
+    def arm(self) -> str:
+        """What it is compared as."""
+        return arm_at(self.algorithm, point_text(self.point))
 
     @property
     def evolves(self) -> bool:
@@ -75,6 +78,11 @@ class Outcome:
         return self.fresh if len(self.curve) == generations else None
 
 
+def policy_of(record: Mapping[str, Any]) -> str | None:
+    """The policy that a run deployed, by its name or path; None if it evolved rules, or evaluated a saved solution."""
+    return record.get(POLICY, record.get(_FORMER_POLICY))
+
+
 def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome]:
     """All results in a folder and below it, in a fixed order.
 
@@ -83,15 +91,15 @@ def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome
         passed: gets a line for each folder that was passed over, and why.
 
     Raises:
-        InputError: no folder, no run in it, a damaged one, runs that cannot be compared, or one that is there twice.
+        InputError: no folder, no run in it, a damaged one, or one that is there twice.
     """
     root = Path(folder)
     if not root.is_dir():
         raise InputError(f"folder={show(str(folder))}: no such folder; accepted is a folder with runs of slcs2")
     outcomes: list[Outcome] = []
-    for place in folders_with_config(root, passed):
+    for place in counted(list(folders_with_config(root, passed)), "runs read:"):
         run = read_run(place)
-        if run.record.get("kind") == EVOLVED or (CONTROLLER in run.record and DEPLOYED in (run.summary or {})):
+        if run.record.get("kind") == EVOLVED or (policy_of(run.record) is not None and DEPLOYED in (run.summary or {})):
             outcomes += _outcomes(run)
         elif passed is not None:
             passed.append(f"{place}: is an evaluation of something that evolved elsewhere")
@@ -101,29 +109,10 @@ def collect(folder: str | Path, passed: list[str] | None = None) -> list[Outcome
         raise InputError(
             f"folder={show(str(folder))}: no run in it has finished a generation; accepted is a folder with results"
         )
-    refuse_mixed(outcomes)
+    varied = factors(one.settings for one in outcomes)
+    outcomes = [replace(one, point=point_of(one.settings, varied)) for one in outcomes]
     _refuse_twice(outcomes)
     return outcomes
-
-
-def refuse_mixed(outcomes: Sequence[Outcome]) -> None:
-    """Raise InputError naming the setting in which two runs differ that must not."""
-    for section, field in settings_fields():
-        no_matter = field.doc.status == "run" and field.name != _FRESH
-        if no_matter or field.name == _GENERATIONS or field.name in COMPARED:
-            continue
-        first: dict[Any, Outcome] = {}
-        for one in outcomes:
-            holder = getattr(one.settings, section) if section else one.settings
-            value = getattr(holder, field.attribute)
-            group = one.cell if field.name in _OF_THE_CELL else None
-            other = first.setdefault(group, one)
-            reference = getattr(getattr(other.settings, section) if section else other.settings, field.attribute)
-            if value != reference:
-                raise InputError(
-                    f"{field.name}: {show(reference)} in {other.folder} and {show(value)} in {one.folder}; "
-                    "accepted are runs that agree in it"
-                )
 
 
 def _refuse_twice(outcomes: Iterable[Outcome]) -> None:
@@ -153,7 +142,7 @@ def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], flo
     steps = int(ended.get("env_steps", 0))
     rate = float((run.timing or {}).get("env_steps_per_second", 0.0))  # of all runs that shared the batch
     return Outcome(
-        arm=arm_of(settings, run.record.get(CONTROLLER)),
+        algorithm=arm_of(settings, policy_of(run.record)),
         cell=cell_of(settings),
         seed=settings.seed + instance,
         curve=np.array(curve, dtype=np.float64),

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config import InputError, Settings, settings_from
-from slcs2_jax.config.compose import conf_dir
+from slcs2_jax.config.conf import conf_dir
+from slcs2_jax.config.door import check_below
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
-from slcs2_jax.study.arm import arm_of, cell_of
-from slcs2_jax.study.collect import CONTROLLER
+from slcs2_jax.results.arm import arm_of, cell_of
+from slcs2_jax.study.collect import POLICY
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Arm:
     """What an arm is: settings in which it differs, or the name or path of a behaviour made by hand that it deploys."""
 
     settings: Mapping[str, Any]
-    controller: str | None = None
+    policy: str | None = None
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Planned:
     """A run to be made: its settings with its folder; of a behaviour made by hand, which."""
 
     settings: Settings
-    controller: str | None = None
+    policy: str | None = None
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Experiment:
         arms = {}
         for name, said in node["arms"].items():
             own = dict(said)
-            controller = own.pop(CONTROLLER, None)
-            arms[str(name)] = Arm(own, controller)
+            policy = own.pop(POLICY, None)
+            arms[str(name)] = Arm(own, policy)
         return cls(node["name"], node["title"], arms)
 
     def chosen(self, arm: str) -> list[str]:
@@ -76,7 +77,7 @@ def reported_experiments() -> dict[str, tuple[str, tuple[str, ...]]]:
     return {
         name: (
             one.title,
-            tuple(arm_of(settings_with({}, arm.settings), arm.controller) for arm in one.arms.values()),
+            tuple(arm_of(settings_with({}, arm.settings), arm.policy) for arm in one.arms.values()),
         )
         for name, one in experiments().items()
     }
@@ -100,25 +101,26 @@ def plan(root: str | Path, config: Mapping[str, Any], experiment: Experiment, ar
     A folder's name follows from its arm, cell and seed alone, so experiments that share runs find each other's.
 
     Raises:
-        InputError: a bad setting, or two arms that are one.
+        InputError: a bad setting, two arms that are one, or a folder on the way to a run that is a link.
     """
     found: list[Planned] = []
     names: dict[str, str] = {}
     for name in arms:
         arm = experiment.arms[name]
         settings = settings_with(config, arm.settings)
-        other = names.setdefault(arm_of(settings, arm.controller), name)
+        other = names.setdefault(arm_of(settings, arm.policy), name)
         if other != name:
             raise InputError(f"arm={name}: comes to the same settings as {other}; accepted are arms that differ")
         for instance in range(settings.instances):
             one = dataclasses.replace(settings, seed=settings.seed + instance, instances=1)
-            if arm.controller is not None:  # nothing evolves: however far the others go, it is the same run
+            if arm.policy is not None:  # nothing evolves: however far the others go, it is the same run
                 one = dataclasses.replace(one, search=dataclasses.replace(one.search, generations=1))
-            folder = run_folder(root, one, arm.controller)
-            found.append(Planned(dataclasses.replace(one, run_dir=str(folder)), arm.controller))
+            folder = run_folder(root, one, arm.policy)
+            check_below(Path(root), folder)
+            found.append(Planned(dataclasses.replace(one, run_dir=str(folder)), arm.policy))
     return found
 
 
-def run_folder(root: str | Path, settings: Settings, controller: str | None = None) -> Path:
+def run_folder(root: str | Path, settings: Settings, policy: str | None = None) -> Path:
     """ROOT/<arm>/<environment>_<range>/seed_000."""
-    return Path(root) / arm_of(settings, controller) / cell_of(settings).name / f"seed_{settings.seed:03d}"
+    return Path(root) / arm_of(settings, policy) / cell_of(settings).name / f"seed_{settings.seed:03d}"

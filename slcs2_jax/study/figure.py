@@ -13,14 +13,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slcs2_jax.config.model import RANGES
-from slcs2_jax.study.arm import CELLS, PLACES, Cell, arm_title
+from slcs2_jax.results.arm import CELLS, PLACES, Cell, arm_title
 from slcs2_jax.study.calibration import Fit
 from slcs2_jax.study.paper import printed_mean
 from slcs2_jax.study.statistics import mean_interval
 from slcs2_jax.study.study import BEST, METRICS, Study
 
 # colour, marker, line; from dark to light
-_STYLES = (
+STYLES = (
     ("#000000", "o", "-"),
     ("#d55e00", "s", "--"),
     ("#56b4e9", "^", "-."),
@@ -45,13 +45,13 @@ def fitness_figure(study: Study, metric: str) -> Figure:
         panel.set_ylabel("fitness")
         panel.set_title(f"{name} range", loc="left")
         panel.axhline(0, color="#cccccc", linewidth=0.6, zorder=0)
-    _legend(figure, panels)
+    legend(figure, panels)
     figure.supxlabel(f"{METRICS[metric]}, mean and 90 % confidence interval")
     return figure
 
 
 def _draw_arm(panel: Any, study: Study, metric: str, arm: str, number: int, places: list[Cell]) -> None:
-    colour, marker, _ = _STYLES[number % len(_STYLES)]
+    colour, marker, _ = STYLES[number % len(STYLES)]
     described = study.descriptions(metric)
     width = 0.8 / len(study.arms)
     for at, place in enumerate(places):
@@ -85,16 +85,16 @@ def curves_figure(study: Study) -> Figure:
             panel.set_axis_on()
             panel.set_title(f"{cell.title} (n = {len(study.seeds(cell, BEST))})")
             _draw_curves(panel, study, cell)
-    _legend(figure, panels.flat)
+    legend(figure, panels.flat)
     figure.supxlabel("generation")
-    figure.supylabel("best fitness so far")
+    figure.supylabel(f"{METRICS[BEST]} so far, mean and CI90")
     return figure
 
 
 def _draw_curves(panel: Any, study: Study, cell: Cell) -> None:
     generations = np.arange(1, study.generations + 1)
     for number, arm in enumerate(study.arms):
-        colour, _, line = _STYLES[number % len(_STYLES)]
+        colour, _, line = STYLES[number % len(STYLES)]
         curves = study.curves(arm, cell)
         panel.plot(generations, curves.mean(axis=0), color=colour, linestyle=line, linewidth=1.2, label=arm_title(arm))
         if len(curves) > 1:
@@ -117,7 +117,7 @@ def calibration_figure(fits: Sequence[Fit]) -> Figure:
     default = next((fit for fit in fits if fit.point.kind == "default"), None)
     figure = Figure(figsize=(7.5, 1.2 + 0.28 * len(rows)), layout="constrained")
     panels = figure.subplots(1, len(_MEASURES), sharey=True)
-    colour, marker, _ = _STYLES[0]
+    colour, marker, _ = STYLES[0]
     for panel, (title, measure) in zip(panels, _MEASURES, strict=True):
         if default is not None:
             panel.axvline(measure(default), color="#999999", linewidth=0.8, label="defaults")
@@ -131,7 +131,7 @@ def calibration_figure(fits: Sequence[Fit]) -> Figure:
         panel.grid(axis="y", color="#dddddd", linewidth=0.5)
     panels[0].set_yticks(range(len(rows)), list(rows))
     panels[0].set_ylim(len(rows) - 0.5, -0.7)
-    _legend(figure, panels[:1])
+    legend(figure, panels[:1])
     return figure
 
 
@@ -158,7 +158,7 @@ _MEASURES: tuple[tuple[str, Callable[[Fit], float]], ...] = (
 )
 
 
-def _legend(figure: Figure, panels: Iterable[Any]) -> None:
+def legend(figure: Figure, panels: Iterable[Any]) -> None:
     """One legend for all panels, above them."""
     unique: dict[str, Any] = {}
     for panel in panels:

@@ -1,8 +1,8 @@
-"""An experiment's results, made comparable: the same instances and the same number of generations for every arm."""
+"""An experiment's or a sweep's results, made comparable: the same instances and generations for every arm."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -11,12 +11,15 @@ import numpy as np
 
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS
-from slcs2_jax.study.arm import CELLS, OVERALL, PLACES, PLAIN, Cell, arm_title, ordered
+from slcs2_jax.results.arm import CELLS, OVERALL, PLACES, PLAIN, Cell, arm_title, ordered
 from slcs2_jax.study.collect import Outcome
+from slcs2_jax.study.factor import Factor, factors
 from slcs2_jax.study.statistics import Comparison, Description, Values, compare, describe, holm
 
 BEST, FRESH = "best", "fresh"
-METRICS = {BEST: "best fitness", FRESH: "winner's mean over fresh deployments"}
+METRICS = {BEST: "best fitness of the search", FRESH: "winner's mean over fresh deployments"}
+MOST_ARMS = 6  # that one figure tells apart
+SWEEP = "sweep"  # name of the study of runs that differ in settings
 
 
 class Contest(NamedTuple):
@@ -36,6 +39,8 @@ class Study:
         generations: after so many every evolved arm is looked at; 0 if none evolves or none has begun.
         outcomes: all results of the arms, comparable or not.
         missing: in words, what is planned or in other arms and not here.
+        factors: settings in which its arms differ, of a sweep; an arm counts there only in the worlds where it has
+            results.
     """
 
     name: str
@@ -44,6 +49,7 @@ class Study:
     generations: int
     outcomes: tuple[Outcome, ...]
     missing: tuple[str, ...]
+    factors: tuple[Factor, ...] = ()
 
     @property
     def reference(self) -> str:
@@ -59,13 +65,18 @@ class Study:
 
         Overall is empty unless every type of the range has results: it is never the mean of fewer worlds.
         """
-        if place.environment != OVERALL:
-            seeds = self.seeds(place, metric)
-            return np.array([self._figures[metric][arm, place, seed] for seed in seeds], dtype=np.float64)
-        cells = [Cell(environment, place.range) for environment in ENVIRONMENTS]
-        seeds = tuple(sorted(set.intersection(*(set(self.seeds(cell, metric)) for cell in cells))))
-        figures = [self._figures[metric][arm, cell, seed] for cell in cells for seed in seeds]
-        return np.array(figures, dtype=np.float64)
+        cells = [place]
+        if place.environment == OVERALL:
+            cells = [Cell(environment, place.range) for environment in ENVIRONMENTS]
+        known = [self.figures(arm, cell, metric) for cell in cells]
+        if not all(known):
+            return np.array([], dtype=np.float64)
+        seeds = sorted(set.intersection(*(set(self.seeds(cell, metric)) for cell in cells)))
+        return np.array([own[seed] for own in known for seed in seeds], dtype=np.float64)
+
+    def figures(self, arm: str, cell: Cell, metric: str) -> dict[int, float]:
+        """An arm's figures in a cell by seed, shared with other arms or not."""
+        return self._figures[metric].get((arm, cell), {})
 
     def descriptions(self, metric: str) -> dict[tuple[str, Cell], Description]:
         """Every arm in every place that has results."""
@@ -82,37 +93,40 @@ class Study:
         """float64[instances, generations]: best so far; one figure throughout of a behaviour that does not evolve."""
         curves = []
         by_seed = {one.seed: one for one in self.outcomes if (one.arm, one.cell) == (arm, cell)}
-        for seed in self.seeds(cell, BEST):
+        for seed in self.seeds(cell, BEST) if by_seed else ():
             one = by_seed[seed]
-            flat = np.full(self.generations, self._figures[BEST][arm, cell, seed])
+            flat = np.full(self.generations, self.figures(arm, cell, BEST)[seed])
             curves.append(one.curve[: self.generations] if one.evolves else flat)
         return np.array(curves, dtype=np.float64)
 
-    def fits(self, arm: str, cells: Iterable[Cell]) -> list[Outcome]:
-        """An arm's results in some cells that are on shared instances."""
-        shared = {cell: set(self.seeds(cell, BEST)) for cell in cells}
-        return [one for one in self.outcomes if one.arm == arm and one.seed in shared.get(one.cell, ())]
+    def failed_deployments(self, arm: str, cell: Cell) -> float | None:
+        """Share of single deployments with fitness -1, where each is recorded: of behaviours that do not evolve."""
+        known = [one.deployments for one in self.outcomes if (one.arm, one.cell) == (arm, cell)]
+        shares = [float((values <= -1).mean()) for values in known if len(values)]
+        return sum(shares) / len(shares) if shares else None
 
     @cached_property
-    def _figures(self) -> dict[str, dict[tuple[str, Cell, int], float]]:
-        found: dict[str, dict[tuple[str, Cell, int], float]] = {BEST: {}, FRESH: {}}
+    def _figures(self) -> dict[str, dict[tuple[str, Cell], dict[int, float]]]:
+        found: dict[str, dict[tuple[str, Cell], dict[int, float]]] = {BEST: {}, FRESH: {}}
         for one in self.outcomes:
             for metric, value in (
                 (BEST, one.best(self.generations)),
                 (FRESH, one.fresh_after(self.generations)),
             ):
                 if value is not None:
-                    found[metric][one.arm, one.cell, one.seed] = value
+                    found[metric].setdefault((one.arm, one.cell), {})[one.seed] = value
         return found
 
     @cached_property
     def _shared(self) -> dict[str, dict[Cell, tuple[int, ...]]]:
         shared: dict[str, dict[Cell, tuple[int, ...]]] = {}
-        for metric, figures in self._figures.items():
+        for metric in METRICS:
             shared[metric] = {}
             for cell in CELLS:
-                seeds = [{seed for arm_, cell_, seed in figures if (arm_, cell_) == (arm, cell)} for arm in self.arms]
-                shared[metric][cell] = tuple(sorted(set.intersection(*seeds)))
+                seeds = [set(self.figures(arm, cell, metric)) for arm in self.arms]
+                if self.factors:
+                    seeds = [own for own in seeds if own]
+                shared[metric][cell] = tuple(sorted(set.intersection(*seeds))) if seeds else ()
         return shared
 
     @cached_property
@@ -134,7 +148,9 @@ class Study:
                 Contest(arm, place)
                 for arm in self.arms[1:]
                 for place in PLACES
-                if (place.environment == OVERALL) == overall and len(self.sample(arm, place, metric))
+                if (place.environment == OVERALL) == overall
+                and len(self.sample(arm, place, metric))
+                and len(self.sample(self.reference, place, metric))
             ]
             pairs = [
                 compare(self.sample(self.reference, contest.place, metric), self.sample(*contest, metric))
@@ -148,6 +164,9 @@ def studies(
     outcomes: Sequence[Outcome], experiments: Mapping[str, tuple[str, Sequence[str]]], generations: int | None = None
 ) -> list[Study]:
     """A study for every experiment of which the reference and another arm are there, and one for what is left.
+
+    If runs differ in other settings than algorithms do, the experiments' are those with none of these changed, and
+    all together are the study of a sweep.
 
     Args:
         outcomes: all results of a folder.
@@ -168,13 +187,36 @@ def studies(
         if arms[0] in present and len(own) > 1:
             found.append(_study(name, title, own, outcomes, generations))
             left -= set(own)
-    if left:
+    if varied := factors(one.settings for one in outcomes):
+        title = "Sweep over " + ", ".join(one.name for one in varied)
+        found.append(_study(SWEEP, title, _sweep_arms(outcomes, varied), outcomes, generations, varied))
+    elif left:
         reference = [PLAIN] if PLAIN in present - left else []
         found.append(_study("runs", "All runs", [*reference, *ordered(left)], outcomes, generations))
     return found
 
 
-def _study(name: str, title: str, arms: Sequence[str], outcomes: Sequence[Outcome], generations: int | None) -> Study:
+def _sweep_arms(outcomes: Sequence[Outcome], varied: Sequence[Factor]) -> list[str]:
+    """Those that have begun: each algorithm unchanged, then with one setting changed, with two, ..."""
+    algorithms = ordered(one.algorithm for one in outcomes)
+    order = {one.name: (place, one.values) for place, one in enumerate(varied)}
+
+    def place(one: Outcome) -> tuple[int, int, list[tuple[int, int]]]:
+        steps = [(order[name][0], order[name][1].index(value)) for name, value in one.point]
+        return algorithms.index(one.algorithm), len(steps), steps
+
+    begun = [one for one in outcomes if not _not_begun(one)]
+    return list(dict.fromkeys(one.arm for one in sorted(begun, key=place)))
+
+
+def _study(
+    name: str,
+    title: str,
+    arms: Sequence[str],
+    outcomes: Sequence[Outcome],
+    generations: int | None,
+    varied: tuple[Factor, ...] = (),
+) -> Study:
     own = tuple(one for one in outcomes if one.arm in arms)
     count = generations if generations is not None else _shared_generations(arms, own)
     return Study(
@@ -183,7 +225,8 @@ def _study(name: str, title: str, arms: Sequence[str], outcomes: Sequence[Outcom
         arms=tuple(arms),
         generations=count,
         outcomes=own,
-        missing=tuple(_missing(arms, own, count)),
+        missing=tuple(_missing(arms, own, count, worlds=not varied)),
+        factors=varied,
     )
 
 
@@ -195,14 +238,14 @@ def _shared_generations(arms: Sequence[str], outcomes: Sequence[Outcome]) -> int
     return min((len(one.curve) for one in begun if one.evolves and (one.cell in shared or not shared)), default=0)
 
 
-def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int) -> list[str]:
-    """What keeps the comparison from being whole, each in a line."""
+def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int, *, worlds: bool) -> list[str]:
+    """What keeps the comparison from being whole, each in a line; `worlds`: the paper's eight belong to it."""
     lines: list[str] = []
     by_place = {(one.arm, one.cell, one.seed): one for one in outcomes}
     seeds = sorted({one.seed for one in outcomes})
     cells = [cell for cell in CELLS if any(one.cell == cell for one in outcomes)]
     absent = [cell.title for cell in CELLS if cell not in cells]
-    if absent:
+    if absent and worlds:
         lines.append(f"no runs at all: {', '.join(absent)}")
     for arm in arms:
         for cell in cells:

@@ -11,10 +11,10 @@ from pathlib import Path
 from tabulate import tabulate
 
 from slcs2_jax.config import escape
-from slcs2_jax.study.arm import arm_title
+from slcs2_jax.results.arm import OVERALL, arm_title
 from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.paper import printed_mean
-from slcs2_jax.study.statistics import Interval
+from slcs2_jax.study.statistics import Description, Interval
 from slcs2_jax.study.study import BEST, FRESH, METRICS, Study
 
 Row = tuple[object, ...]
@@ -28,16 +28,20 @@ class Table:
     header: tuple[str, ...]
     rows: tuple[Row, ...]
 
+    def printed(self) -> list[list[str]]:
+        """The rows as a person reads them."""
+        return [[_cell(value) for value in row] for row in self.rows]
+
     def markdown(self) -> str:
         """A pipe table under its title."""
-        rows = [[escape.markdown(_cell(value)) for value in row] for row in self.rows]
+        rows = [[escape.markdown(value) for value in row] for row in self.printed()]
         header = [escape.markdown(name) for name in self.header]
         table = tabulate(rows, header, tablefmt="pipe", disable_numparse=True)
         return f"**{escape.markdown(self.title)}**\n\n{table}\n"
 
     def latex(self) -> str:
         """A table with booktabs' rules, as wide as the text (graphicx), for \\input."""
-        rows = [" & ".join(escape.latex(_cell(value)) for value in row) for row in (self.header, *self.rows)]
+        rows = [" & ".join(escape.latex(value) for value in row) for row in (self.header, *self.printed())]
         head, *body = (f" {row} \\\\" for row in rows)
         columns = "l" * len(self.header)
         lines = [f"\\begin{{tabular}}{{{columns}}}", r"\toprule", head, r"\midrule", *body, r"\bottomrule"]
@@ -89,17 +93,19 @@ def runs_table(outcomes: Sequence[Outcome], root: Path) -> Table:
 def descriptions_table(study: Study) -> Table:
     """Every arm in every place, by both metrics, with what the paper prints."""
     header = (
-        "world", "arm", "n", "mean", "SD", "CI90", "BCa 90", "> -1", "> 0", "fresh n", "fresh mean", "fresh SD",
-        "fresh CI90", "paper",
+        "world", "arm", "best n", "best mean", "best SD", "best CI90", "best BCa 90", "best > 0", "fresh n",
+        "fresh mean", "fresh SD", "fresh CI90", "fresh > 0", "paper",
     )  # fmt: skip
     rows: list[Row] = []
     fresh = study.descriptions(FRESH)
     for (arm, place), one in study.descriptions(BEST).items():
         other = fresh.get((arm, place))
-        beside: Row = (0, None, None, None) if other is None else (other.count, other.mean, other.sd, other.interval)
+        beside: Row = (0, None, None, None, None)
+        if other is not None:
+            beside = (other.count, other.mean, other.sd, other.interval, other.successful)
         rows.append((
-            place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.delivering,
-            one.successful, *beside, printed_mean(study.name, arm, place.name),
+            place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.successful,
+            *beside, printed_mean(study.name, arm, place.name),
         ))  # fmt: skip
     return Table(f"{study.title}: fitness after {study.generations} generations", header, tuple(rows))
 
@@ -124,6 +130,30 @@ def comparisons_table(study: Study, metric: str) -> Table:
         ))  # fmt: skip
     title = f"{study.title}: {arm_title(study.reference)} less the other arm, {METRICS[metric]}"
     return Table(title, header, tuple(rows))
+
+
+def failures_table(study: Study) -> Table:
+    """In how many instances nothing is delivered, by both metrics; counted in the same way for every arm."""
+    rows: list[Row] = []
+    fresh = study.descriptions(FRESH)
+    for (arm, place), one in study.descriptions(BEST).items():
+        single = None if place.environment == OVERALL else study.failed_deployments(arm, place)
+        rows.append((
+            place.title, arm_title(arm), *_failed(one), *_failed(fresh.get((arm, place))), single,
+        ))  # fmt: skip
+    header = (
+        "world", "arm", "best n", "failed by best", "Wilson 90", "fresh n", "failed by fresh", "fresh Wilson 90",
+        "failed single deployments",
+    )  # fmt: skip
+    return Table(f"{study.title}: failures after {study.generations} generations", header, tuple(rows))
+
+
+def _failed(one: Description | None) -> Row:
+    """Instances, the share of them that deliver nothing, and its interval."""
+    if one is None:
+        return 0, None, None
+    low, high = one.delivering_interval
+    return one.count, 1 - one.delivering, Interval(1 - high, 1 - low)
 
 
 def _cell(value: object) -> str:

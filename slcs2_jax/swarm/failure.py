@@ -16,6 +16,8 @@ import numpy as np
 from slcs2_jax.world import randomness
 from slcs2_jax.world.randomness import Purpose
 
+CHANGEABLE = ("failure_rate", "failure_share", "recovery_steps")  # settings that may be traced
+
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)

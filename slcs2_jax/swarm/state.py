@@ -7,12 +7,12 @@ function names it, and every one works on a single instance as on thousands.
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from slcs2_jax.config.settings import Settings
 from slcs2_jax.swarm.failure import FailureParameters
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.geometry import SLACK
@@ -44,14 +44,15 @@ class SwarmParameters:
     failures: FailureParameters | None = None
 
     @classmethod
-    def of(cls, settings: Settings) -> SwarmParameters:
-        """Take the values from the settings."""
+    def of(cls, settings: Any) -> SwarmParameters:
+        """Take the values from the settings, or anything with their attributes, of which numbers may be traced."""
         swarm, learning = settings.swarm, settings.learning
+        beyond_slack = swarm.clearance - SLACK
         return cls(
             packets=jnp.int32(swarm.packets),
             speed=jnp.float32(swarm.speed),
             clearance=jnp.float32(swarm.clearance),
-            clear=jnp.float32(max(swarm.clearance - SLACK, 0) ** 2),
+            clear=jnp.float32(((beyond_slack + abs(beyond_slack)) / 2) ** 2),  # its square, or 0 if it is less
             lidar_range=jnp.float32(swarm.lidar_range),
             distance_threshold=jnp.float32(swarm.distance_threshold),
             tolerance=jnp.float32(swarm.tolerance),

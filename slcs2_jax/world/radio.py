@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -65,7 +66,7 @@ def _try_out(radio: RadioParameters, settings: Radio) -> None:
     """Refuse a user's part that gives something else than finite float32 numbers, one for each link."""
     squared = jnp.geomspace(1, 1e6, _SAMPLE, dtype=jnp.float32)
     words = jax.random.bits(jax.random.key(0), (16, _SAMPLE))
-    trials = {
+    trials: dict[str, Callable[[], Any]] = {
         "propagation": lambda: radio.propagation.level(squared, jnp.zeros_like(squared)),
         "fading": lambda: radio.fading.gain(lambda k: words[k % 16]),
     }

@@ -30,13 +30,13 @@ import numpy as np
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse, show
 from slcs2_jax.config.settings import Settings
+from slcs2_jax.config.yaml_text import parse_yaml
 from slcs2_jax.world.layout import Jammer, Scenario
 from slcs2_jax.world.scenario_check import FARTHEST, check_scenario
 from slcs2_jax.world.strip import make_estimate, make_starts
 
 _FIELDS = ("sink", "source", "sink_estimate", "time_limit", "wall_thickness", "walls", "jammers", "starts")
 _JAMMER = tuple(field.name for field in dataclasses.fields(Jammer))
-_DEEPEST = 6  # levels of a file
 
 
 def scenario_from_text(settings: Settings, seed: int) -> Scenario:
@@ -95,20 +95,10 @@ def _default(name: str) -> Any:
 
 def _mapping(text: str) -> Mapping[str, Any]:
     """The file's content. Aliases are refused: they let a small file stand for a huge one."""
-    import yaml
-
-    loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        depth = 0
-        for event in yaml.parse(text, loader):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if isinstance(event, yaml.AliasEvent) or depth > _DEEPEST:
-                raise InputError(f"its YAML has aliases, or is deeper than {_DEEPEST} levels; accepted is a plain file")
-        content = yaml.load(text, loader)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"is no YAML ({show(str(error))}); accepted is a mapping of {', '.join(_FIELDS)}") from None
+        content = parse_yaml(text)
+    except InputError as error:
+        raise InputError(f"{error}; accepted is a mapping of {', '.join(_FIELDS)}") from None
     return _known("the file", content, _FIELDS, ("sink",))
 
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from slcs2_jax.config import InputError
+from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
 from slcs2_jax.config import plugins as loading
 from slcs2_jax.config.registry import KINDS
 
@@ -28,6 +28,8 @@ def folder(tmp_path, monkeypatch):
         if str(getattr(sys.modules[name], "__file__", "")).startswith(str(tmp_path)):
             del sys.modules[name]
     KINDS["fading"].forget("rain of a test")
+    for name in loading.loaded():
+        loading.forget(name)
 
 
 def refused(*modules):
@@ -86,16 +88,47 @@ def test_a_module_that_fails_is_named_with_the_reason(folder, source, told):
     assert sys.path == path
 
 
-def test_a_run_goes_on_only_with_the_plug_ins_it_was_begun_with():
-    recorded = {"one": "1" * 64, "two": "2" * 64}
-    loading.check_same(recorded, recorded, "runs/a")
-    loading.check_same(recorded, recorded | {"more": "3" * 64}, "runs/a")
-    loading.check_same({}, {}, "runs/a")
+@pytest.mark.parametrize(
+    ("arguments", "names"),
+    [
+        ([], ()),
+        (["seed=1", "plugins=[a,b.c]"], ("a", "b.c")),
+        (["plugins=mine"], ("mine",)),
+        (["plugins=[ 'mine' , \"theirs\" ]"], ("mine", "theirs")),
+        (["plugins=[]"], ()),
+        (["plugins=[a]", "plugins=[b]"], ("b",)),
+    ],
+)
+def test_the_names_on_a_command_line(arguments, names):
+    assert loading.named_in(arguments) == names
+
+
+def test_settings_that_name_a_plug_in_need_it_loaded_and_import_nothing(folder):
+    (folder / "plugged_rain.py").write_text(SOURCE)
+    for make in (lambda: Settings(plugins=("plugged_rain",)), lambda: settings_from({"plugins": ["plugged_rain"]})):
+        with pytest.raises(loading.PluginError, match=r"accepted is plugins=\[plugged_rain\], if you trust it"):
+            make()
+    assert "plugged_rain" not in sys.modules
+    loading.load(["plugged_rain"])
+    settings = settings_from({"plugins": ["plugged_rain"]})
+    assert settings == Settings(plugins=("plugged_rain",))
+    assert settings_from(settings_to_dict(settings)) == settings
+
+
+def test_a_file_is_read_only_with_the_plug_ins_it_was_made_with(folder):
+    for name in ("plugged_one", "plugged_two"):
+        (folder / f"{name}.py").write_text("")
+    assert loading.recorded(()) == {}
+    loading.load(["plugged_one", "plugged_two"])
+    record = loading.recorded(("plugged_one", "plugged_two"))
+    loading.check_same(record, "runs/a")
+    loading.check_same({}, "runs/a")
+    loading.forget("plugged_two")
     with pytest.raises(
-        InputError, match=r"^runs/a: was made with the plug-in two, .*plugins=\[one,two\], if you trust"
+        loading.PluginError, match=r"^runs/a: needs the plug-in plugged_two, .*plugins=\[plugged_one,plugg"
     ):
-        loading.check_same(recorded, {"one": "1" * 64}, "runs/a")
-    with pytest.raises(
-        InputError, match=r"^runs/a: the plug-in two has changed since; .*\(SHA-256 222222222222\.\.\.\)"
-    ):
-        loading.check_same(recorded, recorded | {"two": "3" * 64}, "runs/a")
+        loading.check_same(record, "runs/a")
+    (folder / "plugged_two.py").write_text("# another")
+    loading.load(["plugged_two"])
+    with pytest.raises(loading.PluginError, match=r"^runs/a: the plug-in plugged_two has changed since; .*\.\.\.\)"):
+        loading.check_same(record, "runs/a")

@@ -4,12 +4,27 @@ import dataclasses
 import math
 import subprocess
 import sys
+from pathlib import PurePosixPath
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slcs2_jax.config import Compute, InputError, Learning, Radio, Search, Settings, Swarm, World, settings_table
+from slcs2_jax.config import (
+    Compute,
+    InputError,
+    Jammers,
+    Learning,
+    Radio,
+    Search,
+    Settings,
+    Swarm,
+    World,
+    settings_from,
+    settings_table,
+    settings_to_dict,
+)
 from slcs2_jax.config.field import STATUS_MEANING, described
 from slcs2_jax.config.settings import SECTIONS
 
@@ -49,11 +64,28 @@ def test_defaults_are_the_specifications():
         (lambda: Learning(alpha_q=-0.1), "learning.alpha_q=-0.1: accepted is a finite number from 0 to 1"),
         (lambda: Learning(bp_max=25), "learning.bp_max=25: accepted is a whole number from 0 to 24"),
         (lambda: Search(generations=0), "generations=0: accepted is a whole number from 1 to 10000000"),
-        (lambda: Search(acceptance="best"), "acceptance=best: accepted is one of domination, ailta"),
+        (
+            lambda: Search(acceptance="best"),
+            "acceptance=best: accepted is one of domination, ailta, or a name that plugins= brings",
+        ),
         (lambda: Search(exchange="maybe"), "exchange=maybe: accepted is true or false"),
         (lambda: Compute(devices=0), "compute.devices=0: accepted is a whole number from 1 to 1024 or null"),
         (lambda: Settings(seed=-1), "seed=-1: accepted is a whole number from 0 to 2147483647"),
         (lambda: Settings(run_dir=""), "run_dir=: accepted is a text or null"),
+        (
+            lambda: Settings(seed=10**5000),
+            "seed=(too long to be shown): accepted is a whole number from 0 to 2147483647",
+        ),
+        (lambda: Swarm(agents=np.True_), f"swarm.agents={np.True_!r}: accepted is a whole number from 2 to 64"),
+        (lambda: Swarm(packets={}), "swarm.packets={}: accepted is a whole number from 1 to 1000000"),
+        (lambda: Swarm(packets=[3]), "swarm.packets=[3]: accepted is a whole number from 1 to 1000000"),
+        (lambda: Search(exchange=1), "exchange=1: accepted is true or false"),
+        (lambda: Settings(run_dir=PurePosixPath("x")), "run_dir=PurePosixPath('x'): accepted is a text or null"),
+        (
+            lambda: dataclasses.replace(World.preset("urban"), distance=1e6, building_spacing=0.01),
+            "world.building_spacing=0.01: accepted is a number from 166.667 with world.distance=1e+06, "
+            "for at most 6,000 buildings",
+        ),
         (
             lambda: World(environment="forest"),
             "environment=forest: accepted is one of open, jammed, urban, urban_jammed",
@@ -134,3 +166,35 @@ def test_importing_the_configuration_starts_neither_jax_nor_hydra():
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert shown.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: Radio(channels=[]), "radio.channels=[]: accepted is a list of 1 to 14 different whole numbers"),
+        (lambda: Radio(channels=(1, 6, 1)), "radio.channels=[1,6,1]: accepted is a list of 1 to 14 different"),
+        (
+            lambda: Radio(channels=[0]),
+            "radio.channels=[0]: accepted is a list of 1 to 14 different whole numbers from 1",
+        ),
+        (lambda: Radio(channels=[1.0]), "radio.channels=[1.0]: accepted is a list"),
+        (lambda: Radio(channels=[True]), "radio.channels=[True]: accepted is a list"),
+        (lambda: Radio(channels="1,6"), "radio.channels=1,6: accepted is a list"),
+        (lambda: Radio(channels=7), "radio.channels=7: accepted is a list"),
+        (lambda: Swarm(failures_at=None), "swarm.failures_at=null: accepted is a list of 0 to 100 different"),
+        (lambda: Radio(fading="foggy"), "radio.fading=foggy: accepted is one of none, lognormal, rayleigh, rician"),
+        (lambda: Jammers(motion="up"), "jammers.motion=up: accepted is one of fixed, patrol, pursue, or a name that"),
+        (lambda: Jammers(count=0), "jammers.count=0: accepted is a whole number from 1 to 16"),
+    ],
+)
+def test_lists_and_parts_are_refused_in_the_same_form(make, expected):
+    assert message(make).startswith(expected)
+
+
+def test_a_list_of_numbers_is_held_as_a_tuple_and_written_as_a_list():
+    settings = Settings(radio=Radio(channels=[11, 1]), swarm=Swarm(failures_at=[5]))
+    assert settings.radio.channels == (11, 1)
+    plain = settings_to_dict(settings)
+    assert plain["radio"]["channels"] == [11, 1]
+    assert settings_from(plain) == settings
+    assert hash(settings) == hash(settings_from(plain))

@@ -27,6 +27,14 @@ def test_damaged_files_are_detected_or_harmless(tmp_path):
     assert figures.detected >= 40
 
 
+@pytest.mark.slow
+def test_hostile_folders_are_refused_or_read_and_nothing_outside_is_touched(tmp_path):
+    figures = fault_campaign._hostile(24, tmp_path, seed=7)
+    assert figures["wrong"] == []
+    assert figures["tried"] == 24 + 2 * 12
+    assert figures["refused"] >= 8
+
+
 def test_the_campaign_says_so_when_something_is_wrong():
     right = {"kills": {"kills": {"evolve SIGKILL": 3}, "differing": []}, "damages": {"count": 2, "believed": []}}
     assert fault_campaign.clean(right)
@@ -38,3 +46,7 @@ def test_the_campaign_says_so_when_something_is_wrong():
     ):
         assert not fault_campaign.clean(right | {part: right[part] | {name: value}})
     assert not fault_campaign.clean(right | {"inputs": {"passed": False}})
+    hostile = {"tried": 3, "refused": 1, "read": 2, "slowest": 0.1, "largest": 2**21, "wrong": ["a"]}
+    assert not fault_campaign.clean(right | {"hostile": hostile})
+    assert fault_campaign.clean(right | {"hostile": hostile | {"wrong": []}})
+    assert "1 refused, 2 read, at most 0.1 s and 2 MB" in fault_campaign.report(right | {"hostile": hostile})[-1]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slcs2_jax.config import Checkpoint, Compute, Radio, Rules, Search, Settings, Swarm, World
+from slcs2_jax.config import Checkpoint, Compute, Jammers, Radio, Rules, Search, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.looking.recording import Recording, record
 from slcs2_jax.looking.solutions import replay
@@ -17,7 +17,7 @@ from slcs2_jax.policy.bound import bind_rules
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import SOLUTIONS, SUMMARY
 from slcs2_jax.running import driver
-from slcs2_jax.search.evaluation import fresh_deployment_key
+from slcs2_jax.search import fresh_deployment_key
 from slcs2_jax.world.scenario import make_scenario
 
 
@@ -66,6 +66,23 @@ def jammed_episode() -> Recording:
         compute=Compute(devices=1),
     )
     grammar = load_grammar("main")
+    rules = random_rule_sets(grammar, agents, 40, np.random.default_rng(4))
+    key = fresh_deployment_key(7, 1)
+    return record(settings, make_scenario(settings, 7), bind_rules(rules, grammar), key)
+
+
+@pytest.fixture(scope="session")
+def troubled_episode() -> Recording:
+    """Random rules on three channels; three jammers that sweep and patrol; agents that fail and recover."""
+    agents = 4
+    settings = Settings(
+        world=dataclasses.replace(World.preset("jammed"), distance=150.0, time_limit=120),
+        radio=Radio(power_dbm=6.5, fading="rayleigh"),
+        jammers=Jammers(count=3, emission="sweeping", motion="patrol", dwell=7, power_db=-3.0),
+        swarm=Swarm(agents=agents, packets=4, failure_rate=0.02, recovery_steps=15.0),
+        compute=Compute(devices=1),
+    )
+    grammar = load_grammar("both")
     rules = random_rule_sets(grammar, agents, 40, np.random.default_rng(4))
     key = fresh_deployment_key(7, 1)
     return record(settings, make_scenario(settings, 7), bind_rules(rules, grammar), key)

@@ -14,9 +14,9 @@ import pytest
 
 from slcs2_jax import cli
 from slcs2_jax.looking import page_data, page_replay
-from slcs2_jax.looking.page import page
+from slcs2_jax.looking.page import MARK, page
 from slcs2_jax.looking.page_data import Shown, by_rank, history, lineage, rule_table
-from slcs2_jax.looking.page_entries import entries
+from slcs2_jax.looking.page_entries import chosen, entries
 from slcs2_jax.looking.traffic import traffic
 from slcs2_jax.results import read_run
 
@@ -44,7 +44,7 @@ def unpacked(data: bytes) -> dict:
     return found
 
 
-@pytest.fixture(params=["episode", "jammed_episode"])
+@pytest.fixture(params=["episode", "jammed_episode", "troubled_episode"])
 def recorded(request):
     return request.getfixturevalue(request.param)
 
@@ -63,6 +63,16 @@ def test_a_replay_holds_the_episode(recorded, frames, monkeypatch):
         places = np.cumsum(found[name].reshape(n, count), axis=1, dtype=np.int16) * found["unit"]
         np.testing.assert_allclose(places, getattr(one, name)[moments].T, atol=found["unit"] / 2 + 1e-4)
     np.testing.assert_array_equal(found["holding"].reshape(n, count), one.holding[moments].T)
+    np.testing.assert_array_equal(found["down"].reshape(n, count), one.down[moments].T)
+    jammers = len(one.scenario.jammers)
+    assert found["reach"] == [round(one.reach(jammer), 2) for jammer in range(jammers)]
+    for name in ("jammer_x", "jammer_y"):
+        places = np.cumsum(found[name].reshape(jammers, count), axis=1, dtype=np.int16) * found["unit"]
+        np.testing.assert_allclose(places, getattr(one, name)[moments].T, atol=found["unit"] / 2 + 1e-4)
+    numbers = np.array([*one.vocabulary.channels, -1])
+    np.testing.assert_array_equal(
+        found["jammed"].reshape(jammers, count)[:, 1:], numbers[one.jammed[moments[1:] - 1].T]
+    )
     np.testing.assert_array_equal(found["delivered"], one.delivered[moments])
     np.testing.assert_array_equal(found["rule"].reshape(n, count)[:, 1:], one.rule[moments[1:] - 1].T)
     np.testing.assert_array_equal(found["action"].reshape(n, count)[:, 1:], one.action[moments[1:] - 1].T)
@@ -115,9 +125,9 @@ def test_the_rules_stand_as_the_solution_has_them(finished, episode):
 def test_the_best_come_first_and_the_rest_has_its_course_alone(finished):
     run = read_run(finished)
     ranked = by_rank([run])
-    best = [max(row["fitness"] for row in run.rows if row["instance"] == instance) for _, instance in ranked]
-    assert best == sorted(best, reverse=True)
-    first, second = entries([run], replays=1, deployment=1)
+    fresh = [run.summary["instances"][instance]["fresh_mean"] for _, instance in ranked]
+    assert fresh == sorted(fresh, reverse=True)
+    first, second = entries(run, replayed=chosen([run], 1), deployment=1)
     assert (first.instance, first.deployment) == (ranked[0][1], 1)
     assert first.recording is not None
     assert second.recording is second.solution is None
@@ -135,11 +145,12 @@ def test_many_generations_are_thinned_but_no_best_is_lost(finished, monkeypatch)
 
 def test_the_page_needs_nothing_else_and_nothing_ends_its_data(finished, tmp_path):
     run = read_run(finished)
-    text = page("</script><b>&", entries([run], replays=2, deployment=0))
+    text = page("</script><b>&", entries(run, replayed=chosen([run], 2), deployment=0))
     assert "<title>&lt;/script&gt;&lt;b&gt;&amp;</title>" in text
     assert index_of(text)["title"] == "</script><b>&"
     assert "@@" not in text
-    assert not re.search(r"""(src|href)=["'](?!data:,)|url\(|@import|https?://(?!www\.w3\.org/2000/svg)""", text)
+    known = r"www\.w3\.org/2000/svg|github\.com/leeoniya/uPlot \("  # a namespace, and a line in uPlot's head
+    assert not re.search(rf"""(src|href)=["'](?!data:,)|url\((?!#)|@import|https?://(?!{known})""", text)
     assert len(index_of(text)["entries"]) == 2
 
 
@@ -153,6 +164,28 @@ def test_a_run_gets_its_page_and_an_earlier_one_is_replaced(finished, tmp_path, 
     facts = index_of(text)
     assert facts["entries"][0]["ended"]
     assert facts["entries"][0]["replay"] in blocks(text)
+
+
+def test_a_solution_that_cannot_be_read_is_named(finished, tmp_path, capsys):
+    run = tmp_path / "run"
+    shutil.copytree(finished, run)
+    best = run / "solutions" / "instance_000_best.npz"
+    best.unlink()
+    best.symlink_to(finished / "solutions" / "instance_000_best.npz")
+    assert cli.main(["report", str(run), "replays=1"]) == 0
+    said = capsys.readouterr().err
+    assert f"passed over: solution={best}: not a solution saved by slcs2 (is a link" in said
+    assert cli.main(["report", str(run), "replays=1", "strict=on"]) == 3
+
+
+def test_a_page_is_not_written_through_a_link(finished, tmp_path, capsys):
+    run, mine = tmp_path / "run", tmp_path / "mine.html"
+    shutil.copytree(finished, run)
+    mine.write_text(MARK)
+    (run / "report.html").symlink_to(mine)
+    assert cli.main(["report", str(run), "replays=0"]) == 2
+    assert "report.html: exists and is no page of a run" in capsys.readouterr().err
+    assert mine.read_text() == MARK
 
 
 def test_a_run_under_way_shows_what_there_is_and_says_so(under_way, capsys):
@@ -171,7 +204,15 @@ def test_a_folder_of_runs_gets_a_page_beside_its_tables(finished, tmp_path, caps
     shutil.copytree(finished, tmp_path / "runs" / "one")
     assert cli.main(["report", str(tmp_path / "runs"), "replays=1"]) == 0
     assert f"page {tmp_path / 'runs' / 'report' / 'report.html'}" in capsys.readouterr().out
-    entries = index_of((tmp_path / "runs" / "report" / "report.html").read_text())["entries"]
+    report = tmp_path / "runs" / "report"
+    index = index_of((report / "report.html").read_text())
+    fresh = [one["fresh"] for one in index["runs"]]
+    assert fresh == sorted(fresh, reverse=True)
+    assert [(one["page"], one["replay"]) for one in index["runs"]] == [
+        ("runs/one.html", True),
+        ("runs/one.html", False),
+    ]
+    entries = index_of((report / "runs" / "one.html").read_text())["entries"]
     assert [one["replay"] is None for one in entries] == [False, True]
 
 

@@ -13,7 +13,7 @@ import pytest
 from playwright import sync_api as playwright
 
 from slcs2_jax.looking.page import write_page
-from slcs2_jax.looking.page_entries import entries
+from slcs2_jax.looking.page_entries import chosen, entries
 from slcs2_jax.results import read_run
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
@@ -42,7 +42,8 @@ def browser():
 @pytest.fixture(scope="session")
 def file(finished, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "report.html"
-    write_page(path, "A run", entries([read_run(finished)], replays=1, deployment=0))
+    run = read_run(finished)
+    write_page(path, "A run", entries(run, replayed=chosen([run], 1), deployment=0))
     return path
 
 
@@ -55,7 +56,7 @@ def page(browser, file, request):
     opened.on("pageerror", lambda error: complaints.append(str(error)))
     opened.on("request", lambda request: asked.append(request.url))
     opened.goto(file.as_uri())
-    opened.wait_for_selector("body[data-ready]")
+    opened.wait_for_selector("body[data-ready]", timeout=10_000)
     yield opened
     assert complaints == []
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
@@ -63,7 +64,7 @@ def page(browser, file, request):
 
 
 def drawn(page) -> str:
-    return page.locator("canvas").evaluate("canvas => canvas.toDataURL()")
+    return page.locator("#replay canvas").evaluate("canvas => canvas.toDataURL()")
 
 
 def time_step(page) -> str:
@@ -89,7 +90,7 @@ def test_it_scrubs_and_ends_where_the_episode_ends(page, episode):
 
 
 def test_it_works_from_the_keyboard(page):
-    page.locator("canvas").focus()
+    page.locator("#replay canvas").focus()
     for key, begins in (("ArrowRight", "time-step 1:"), ("ArrowLeft", "time-step 0:")):
         page.keyboard.press(key)
         assert time_step(page).startswith(begins)
@@ -109,7 +110,7 @@ def test_pointing_at_an_agent_tells_its_rule(page, episode):
     place = page.evaluate(f"nodePlace(player.replay, {agent}, player.frame)")
     assert place == pytest.approx([episode.x[-1, agent], episode.y[-1, agent]], abs=0.06)
     x, y = page.evaluate(f"player.scene.point(nodePlace(player.replay, {agent}, player.frame))")
-    page.locator("canvas").hover(position={"x": x, "y": y})
+    page.locator("#replay canvas").hover(position={"x": x, "y": y})
     watched = int(page.evaluate("player.watched"))
     places = np.hypot(episode.x[-1] - episode.x[-1, agent], episode.y[-1] - episode.y[-1, agent])
     assert places[watched] < 1, "another agent, and not one in the same place"
@@ -141,7 +142,7 @@ def test_another_instance_is_shown_when_it_is_chosen(page):
     page.locator("#instances tbody button").nth(1).click()
     page.wait_for_function("document.querySelector('#replay').textContent.includes('not replayed')")
     assert page.locator("#summary .note").count() == 1
-    assert page.locator("#search svg").count() >= 3
+    assert page.locator("#search canvas").count() >= 3
 
 
 def test_light_and_dark_are_each_a_click_away(page):

@@ -15,7 +15,7 @@ from slcs2_jax.grammar.vocabulary import NO_ACTION, PAPER
 from slcs2_jax.looking.recording import NOBODY, Recording, record
 from slcs2_jax.policy.bound import bind_list, bind_rules
 from slcs2_jax.policy.decision_list import load_decision_list
-from slcs2_jax.search.evaluation import fresh_deployment_key
+from slcs2_jax.search import fresh_deployment_key
 from slcs2_jax.swarm.fate import Fate
 from slcs2_jax.world.scenario import make_scenario
 

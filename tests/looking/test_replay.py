@@ -14,6 +14,8 @@ from PIL import Image
 from slcs2_jax import cli
 from slcs2_jax.looking import animation
 from slcs2_jax.looking.scene import FATES
+from slcs2_jax.looking.solutions import replay
+from slcs2_jax.results import load_solution
 from slcs2_jax.swarm.fate import Fate
 
 
@@ -38,7 +40,7 @@ def pixels_near(picture: np.ndarray, name: str) -> int:
 def test_a_run_becomes_an_animation(finished, tmp_path, capsys):
     assert cli.main(["replay", str(finished), "start=20", "end=60", "every=10", "fps=10"]) == 0
     shown = capsys.readouterr().out
-    assert "evolved, open short, seed 0, fitness " in shown
+    assert "evolved, open short, seed 0, the first 60 steps" in shown
     assert "replay replay.gif: 5 frames, 10 time-steps from one to the next" in shown
     with Image.open(tmp_path / "replay.gif") as gif:
         assert gif.n_frames == 5
@@ -47,12 +49,25 @@ def test_a_run_becomes_an_animation(finished, tmp_path, capsys):
     assert all((one != other).any() for one, other in itertools.pairwise(frames))
 
 
+def test_steps_after_the_end_are_not_computed_and_those_before_are_the_episodes(finished):
+    solution = load_solution(finished / "solutions" / "instance_000_best.npz")
+    whole, told = replay(solution), []
+    cut = replay(solution, steps=45, after_chunk=told.append)  # of whole sharing periods of ten steps
+    assert (whole.ended, cut.ended, cut.steps, told) == (True, False, 50, [50])
+    for name in ("x", "y", "holding", "waiting", "delivered"):
+        np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name)[:51], name)
+    for name in ("action", "rule", "sent_to", "sent_fate", "heard"):
+        np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name)[:50], name)
+    assert (cut.matched <= whole.matched).all()
+    assert replay(solution, steps=10**6).ended
+
+
 def test_two_behaviours_stand_one_above_the_other(finished, tmp_path, capsys):
     arguments = ["beside=designed", "environment=urban", "seed=5", "end=8", "every=4", "out=two.gif"]
     assert cli.main(["replay", str(finished), *arguments]) == 0
     shown = capsys.readouterr().out
-    assert "evolved, urban short, seed 5, fitness " in shown
-    assert "designed, urban short, seed 5, fitness " in shown
+    assert "evolved, urban short, seed 5, the first 10 steps" in shown
+    assert "designed, urban short, seed 5, the first 10 steps" in shown
     with Image.open(tmp_path / "two.gif") as two:
         width, height = two.size
     assert height > width / 2
@@ -117,7 +132,7 @@ def test_a_missing_encoder_is_named_before_anything_is_computed(finished, monkey
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "accepted is slcs2 replay RUN, or controller=NAME"),
+        ([], "accepted is slcs2 replay RUN, or policy=NAME"),
         (["nowhere"], "run=nowhere: holds no run"),
         (["RUN", "RUN"], "accepted is slcs2 replay RUN"),
         (["RUN", "member=99"], "member=99: accepted is best, or a number from 0"),
@@ -131,8 +146,11 @@ def test_a_missing_encoder_is_named_before_anything_is_computed(finished, monkey
         (["RUN", "fps=101"], "fps=101: accepted is a whole number from 1 to 100"),
         (["RUN", "deployment=1000001"], "deployment=1000001: accepted is"),
         (["RUN", "out=EXISTS"], "exists; accepted is a new file"),
-        (["RUN", "out=a.avi"], "out=a.avi: accepted is a file whose name ends in .gif or .mp4"),
-        (["RUN", "out=a.gif", "picture=paths"], "whose name ends in .png or .svg or .pdf for picture=paths"),
+        (["RUN", "out=a.avi"], "out=a.avi: accepted is a file whose name ends in .gif or .mp4 or .csv"),
+        (
+            ["RUN", "out=a.gif", "picture=paths"],
+            ".png or .svg or .pdf or .csv or .parquet for picture=paths",
+        ),
         (["RUN", "out=nowhere/a.gif"], "there is no folder nowhere"),
         (["RUN", "colour=red"], "colour"),
         (["RUN", "swarm.agents=9"], "swarm.agents=9: accepted is 3"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
-from slcs2_jax.looking.solutions import best_of, member_of, members_of, replay, replay_list
+from slcs2_jax.looking.solutions import best_of, member_of, members_of, replay
 from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.results import read_run
 from slcs2_jax.results.run_folder import CHECKPOINT
@@ -61,10 +61,10 @@ def test_elsewhere_and_by_hand(finished):
     best = read_run(finished).best(0)
     assert replay(best, seed=5).scenario.seed == 5
     behaviour = load_decision_list("designed")
-    found = replay_list(behaviour, best.settings, seed=5, deployment=1)
+    found = replay(behaviour, best.settings, seed=5, deployment=1)
     settings = dataclasses.replace(best.settings, seed=5, instances=1)
-    [summary] = driver.evaluate_list(settings, behaviour, deployments=2).scenarios
-    first = replay_list(behaviour, best.settings, seed=5)
+    [summary] = driver.evaluate(settings, behaviour, deployments=2).scenarios
+    first = replay(behaviour, best.settings, seed=5)
     assert (found.fitness + first.fitness) / 2 == pytest.approx(summary.fitness, abs=1e-12)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pty
+import shutil
 import subprocess
 import sys
 import threading
@@ -23,6 +24,15 @@ def test_one_look_gives_a_table(finished, capsys):
     assert "8/8" in shown
     assert "100%" in shown
     assert "1 of 1 runs have ended, 8 of 8 generations" in shown
+
+
+@pytest.mark.parametrize("name", ["[/red]", "\x1b[2J", "a\nb"])
+def test_names_of_folders_are_text(name, finished, tmp_path, capsys):
+    shutil.copytree(finished, tmp_path / name / "run")
+    assert cli.main(["watch", str(tmp_path), "once=on"]) == 0
+    shown = capsys.readouterr().out
+    assert ascii(name)[1:-1] in shown
+    assert all(letter.isprintable() or letter == "\n" for letter in shown)
 
 
 def test_it_looks_until_all_have_ended(finished, capsys):

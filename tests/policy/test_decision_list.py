@@ -76,9 +76,9 @@ def test_a_users_own_is_read_from_its_file(tmp_path):
     ("make", "message"),
     [
         (lambda path: None, "there is no such policy or file; accepted are designed or the path of a text file"),
-        (lambda path: path.mkdir(), "not a file"),
+        (lambda path: path.mkdir(), "is a folder; accepted is a regular file"),
         (lambda path: path.write_bytes(b"\xff"), "not UTF-8 text"),
-        (lambda path: path.write_bytes(b" " * (2**16 + 1)), "larger than 65536 bytes"),
+        (lambda path: path.write_bytes(b" " * (2**16 + 1)), "65,537 bytes; accepted are at most 65,536"),
     ],
 )
 def test_what_is_no_list_is_refused(tmp_path, make, message):

@@ -104,3 +104,39 @@ def test_hundreds_of_runs_take_more_files_than_are_usual(tmp_path):
             one.release()
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@pytest.mark.parametrize("kind", ["link", "link to nothing", "another name", "pipe", "folder", "large"])
+def test_what_is_no_lock_of_ours_is_refused_and_nothing_written_through_it(kind, tmp_path):
+    mine, run = tmp_path / "mine", tmp_path / "run"
+    mine.write_text("mine")
+    run.mkdir()
+    place = run / LOCK
+    {
+        "link": lambda: place.symlink_to(mine),
+        "link to nothing": lambda: place.symlink_to(tmp_path / "made"),
+        "another name": lambda: os.link(mine, place),
+        "pipe": lambda: os.mkfifo(place),
+        "folder": place.mkdir,
+        "large": lambda: place.write_bytes(bytes(5000)),
+    }[kind]()
+    with pytest.raises(InputError, match=r"run/lock: is .*; delete it$"):
+        FolderLock(run)
+    assert not lock.is_held(run)
+    assert mine.read_text() == "mine"
+    assert not (tmp_path / "made").exists()
+
+
+def test_the_module_is_there_without_the_systems_own(tmp_path):
+    """As on Windows, where there is no fcntl and no resource."""
+    code = (
+        "import sys, types, pathlib, slcs2_jax.results; "
+        "sys.modules |= {'fcntl': None, 'resource': None}; del sys.modules['slcs2_jax.results.lock']; "
+        "sys.platform = 'win32'; m = types.ModuleType('msvcrt'); m.LK_NBLCK = 2; m.locking = lambda *_: None; "
+        "sys.modules['msvcrt'] = m; import importlib; "
+        "lock = importlib.import_module('slcs2_jax.results.lock'); "
+        "held = lock.FolderLock(pathlib.Path(sys.argv[1])); "
+        "assert lock.is_held(pathlib.Path(sys.argv[1])); held.release()"
+    )
+    subprocess.run([sys.executable, "-c", code, tmp_path], check=True)
+    assert not (tmp_path / LOCK).exists()

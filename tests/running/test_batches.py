@@ -9,7 +9,8 @@ import pytest
 from slcs2_jax.config import Compute, Rules, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.running import batches as module
-from slcs2_jax.running.instance import Measurement, Site
+from slcs2_jax.running.deployable import of_grammar
+from slcs2_jax.running.task import Measurement, Site
 from slcs2_jax.world.arena import wall_capacity
 from slcs2_jax.world.scenario import make_scenario
 
@@ -25,16 +26,20 @@ def tasks(count: int) -> list[Measurement]:
     grammar = load_grammar("main")
     scenarios = [make_scenario(SETTINGS, seed) for seed in range(count)]
     rules = random_rule_sets(grammar, agents=3, rules=8, rng=np.random.default_rng(0))
-    return [Measurement(Site(scenario, grammar.channels_used, 2), rules, 2) for scenario in scenarios]
+    return [Measurement(Site.of(scenario, SETTINGS), of_grammar(grammar, rules), 2) for scenario in scenarios]
 
 
 @pytest.fixture
 def built(monkeypatch):
-    """Crews whose rollouts are only described: the wall rows that they were asked for."""
+    """Batches whose rollouts are only described: the wall rows that they were asked for."""
     monkeypatch.setattr(
-        module, "Rollout", lambda parameters, shape, **values: SimpleNamespace(walls=shape.walls, slots=values["slots"])
+        module,
+        "Rollout",
+        lambda parameters, shape, like, **values: SimpleNamespace(
+            walls=shape.walls, slots=values["slots"], slot_steps=0, compile_seconds=0.0, note=None
+        ),
     )
-    return lambda some: module.make_batches(SETTINGS, [load_grammar("main")], some)
+    return lambda some: module.make_batches(SETTINGS, some)
 
 
 def test_few_tasks_share_one_rollout(built):

@@ -68,11 +68,26 @@ def test_the_limit_of_a_container_counts(monkeypatch, tmp_path):
     [
         {"compute": Compute(slots=10**6)},
         {"instances": 10**5},
-        {"world": dataclasses.replace(World.preset("urban"), building_spacing=1e-4)},
+        {"instances": 10**5, "swarm": Swarm(agents=64, clearance=0.5)},
     ],
 )
 def test_what_cannot_fit_is_refused_before_anything_is_made(values, tmp_path):
-    one = settings(run_dir=str(tmp_path / "run"), search=Search(generations=100), **values)
+    one = settings(run_dir=str(tmp_path / "run"), search=Search(generations=20), **values)
     with pytest.raises(InputError, match=r"memory: about .* lower "):
         driver.evolve([one])
     assert not (tmp_path / "run").exists()
+
+
+def test_more_rows_than_can_be_read_back_are_refused(tmp_path):
+    one = settings(run_dir=str(tmp_path / "run"), instances=1000, search=Search(generations=2001))
+    with pytest.raises(InputError, match="generations=2001: accepted is at most 2000 with instances=1000"):
+        driver.evolve([one])
+    assert not (tmp_path / "run").exists()
+    memory.check_rows(dataclasses.replace(one, run_dir=None))
+
+
+def test_what_grows_with_a_setting_is_refused_with_what_would_fit(monkeypatch):
+    monkeypatch.setattr(memory, "available_host", lambda: 10**9)
+    memory.check_fits("frames", 1000, 10**6, "an animation")
+    with pytest.raises(InputError, match=r"^frames=1001: an animation takes about .* accepted is at most 1000$"):
+        memory.check_fits("frames", 1001, 10**6, "an animation")

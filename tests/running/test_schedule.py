@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from slcs2_jax.running.schedule import FURTHEST, Batch, play
-from slcs2_jax.search.evaluation import counted
+from slcs2_jax.search import counted
 
 
 @dataclass
@@ -80,12 +80,15 @@ class Task:
         stop = min(self.redeployments + 1, made + 1 + ahead)
         return [("search", self.generation, index) for index in range(made, stop) if index not in self.held]
 
+    def wants(self, name) -> bool:
+        return name in self.wanted(FURTHEST)
+
     def job(self, name):
         return (self.seed, *name)
 
     def take(self, name, done: Done) -> None:
         assert done.job == (self.seed, *name), "somebody else's deployment"
-        assert name in self.wanted(FURTHEST), "not wanted"
+        assert self.wants(name), "not wanted"
         self.held[name[2]] = random.Random(repr(done.job)).uniform(-0.6, 1.0)
         values = self._prefix()
         count = counted(values, min_deployments=1, max_redeployments=self.redeployments)
@@ -119,7 +122,7 @@ def test_one_slot_computes_nothing_that_does_not_count():
     assert len(rollout.placed) == sum(map(len, task.rows))
 
 
-def test_certain_deployments_come_first_then_the_hopeful():
+def test_certain_deployments_come_first_then_those_of_greater_expected_fitness():
     tasks = [Task(0, expected_fitness=-0.5), Task(1, expected_fitness=0.9), Task(2, expected_fitness=0.1)]
     rollout = Rollout(6)
     with pytest.raises(StopIteration):
@@ -153,7 +156,7 @@ def test_finished_tasks_ask_for_nothing_and_the_others_go_on():
     assert not [job for job in rollout.placed if job[0] == 2]
 
 
-def test_crews_advance_by_turns_until_all_are_finished_and_their_use_is_added_up():
+def test_batches_advance_by_turns_until_all_are_finished_and_their_use_is_added_up():
     tasks = [Task(seed, generations=2 + 3 * (seed % 2)) for seed in range(4)]
     slots = [Rollout(2, longest=1), Rollout(5, longest=1)]
     batches = [Batch(tasks[:1], slots[0]), Batch(tasks[1:], slots[1])]

@@ -14,8 +14,8 @@ A, B = [[1, 2]], [[3, 4]]  # nothing in common: distance 1
 A2 = [[1, 5]]  # half of A: distance 0.5
 
 
-def collection(omega0: float = 2.0) -> Collection:
-    return Collection(agents=1, rules=2, omega0=omega0)
+def collection(make, omega0: float = 2.0) -> Collection:
+    return Collection(make.problem(agents=1, rules=2, omega0=omega0))
 
 
 def test_the_domination_effect():
@@ -24,7 +24,7 @@ def test_the_domination_effect():
 
 
 def test_omega_falls_with_the_size_before_the_newcomer(make):
-    held = collection()
+    held = collection(make)
     assert held.omega == 2.0  # an empty collection counts as one
     for generation, ids in enumerate((A, B, [[6, 7]], [[8, 9]])):
         assert held.omega == 2.0 / max(1, generation)
@@ -32,7 +32,7 @@ def test_omega_falls_with_the_size_before_the_newcomer(make):
 
 
 def test_the_first_newcomer_meets_nobody(make):
-    verdict = collection().consider(make.member(-1.0, A, 0))
+    verdict = collection(make).consider(make.member(-1.0, A, 0))
     assert (verdict.accepted, verdict.removed, verdict.size) == (True, (), 1)
     assert math.isnan(verdict.novelty)
 
@@ -53,7 +53,7 @@ def test_the_first_newcomer_meets_nobody(make):
     ],
 )
 def test_entry_and_removal_against_one_member(make, ids, fitness, accepted, removed):
-    held = collection(omega0=1.0)
+    held = collection(make, omega0=1.0)
     held.consider(make.member(0.0, A, 0))
     verdict = held.consider(make.member(fitness, ids, 1))
     assert (verdict.accepted, verdict.removed) == (accepted, removed)
@@ -64,7 +64,7 @@ def test_entry_and_removal_against_one_member(make, ids, fitness, accepted, remo
 
 def test_a_refused_newcomer_removes_nobody(make):
     """e(0, x) > 0 refuses x, although x dominates the weaker, nearby member 1."""
-    held = collection(omega0=1.0)
+    held = collection(make, omega0=1.0)
     held.consider(make.member(0.5, A, 0))
     held.consider(make.member(-0.4, [[1, 6]], 1))  # 0.5 + 0.4 - 0.5 > 0 would refuse it: so look first
     assert len(held.members()) == 1
@@ -78,7 +78,7 @@ def test_a_refused_newcomer_removes_nobody(make):
 
 def test_removal_uses_the_omega_of_the_entry(make):
     """Two members, so omega = 1/2 for both rules; with 1 nobody would leave, with 1/3 both would."""
-    held = collection(omega0=1.0)
+    held = collection(make, omega0=1.0)
     held.consider(make.member(0.0, A, 0))
     held.consider(make.member(0.1, B, 1))
     verdict = held.consider(make.member(0.55, [[8, 9]], 2))
@@ -86,23 +86,10 @@ def test_removal_uses_the_omega_of_the_entry(make):
     assert verdict.size == 2
 
 
-def test_parents_are_the_least_explored_and_newest(make):
-    held = collection()
-    for generation, ids in enumerate((A, B, [[6, 7]])):
-        held.consider(make.member(0.0, ids, generation))
-    order = [held.parent() for _ in range(7)]
-    assert [member.generation for member, _ in order] == [2, 1, 0, 2, 1, 0, 2]
-    assert [before for _, before in order] == [0, 0, 0, 1, 1, 1, 2]
-    held.consider(make.member(0.0, [[8, 9]], 3))
-    assert [held.parent()[0].generation for _ in range(4)] == [3, 3, 3, 1]
-
-
-def test_no_parent_in_an_empty_collection_and_no_wild_omega():
-    with pytest.raises(InputError, match="empty"):
-        collection().parent()
+def test_no_wild_omega(make):
     for omega0 in (-1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="omega0"):
-            collection(omega0)
+            collection(make, omega0)
 
 
 IDS = st.lists(st.integers(0, 5), min_size=2, max_size=2).map(lambda row: [row])
@@ -111,7 +98,7 @@ IDS = st.lists(st.integers(0, 5), min_size=2, max_size=2).map(lambda row: [row])
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.tuples(st.integers(-10, 10), IDS), min_size=1, max_size=15), st.sampled_from([0.0, 0.5, 2.0]))
 def test_it_does_what_the_two_rules_say(make, newcomers, omega0):
-    held, model = collection(omega0), []
+    held, model = collection(make, omega0), []
     for generation, (tenths, ids) in enumerate(newcomers):
         fitness, rules = tenths / 10, np.array(ids, np.uint64)
         omega = omega0 / max(1, len(model))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError
 from slcs2_jax.search import Trial, counted, deployment_key, fresh_deployment_key, mean_of
-from slcs2_jax.search.evaluation import seed_sequence
+from slcs2_jax.search.keys import seed_sequence
 
 
 @pytest.mark.parametrize(
@@ -88,11 +88,11 @@ def test_means_are_over_the_counted_deployments_only(make):
     assert mean.deployments == 2
     np.testing.assert_array_equal(mean.contribution_sum, [3, 4])
     np.testing.assert_array_equal(mean.contribution, [1.5, 2.0])
-    np.testing.assert_array_equal(mean.strength, 2 * ramp)
-    np.testing.assert_array_equal(mean.error, ramp + 0.5)
-    np.testing.assert_array_equal(mean.quality, 0 * ramp)
+    np.testing.assert_array_equal(mean.figures.strength, 2 * ramp)
+    np.testing.assert_array_equal(mean.figures.error, ramp + 0.5)
+    np.testing.assert_array_equal(mean.figures.quality, 0 * ramp)
     np.testing.assert_array_equal(mean.used, ramp == 5)  # used in one deployment is used
-    assert mean.strength.dtype == np.float32
+    assert mean.figures.strength.dtype == np.float32
     assert (mean.delivered, mean.steps) == (3.0, 100.0)
 
 

@@ -125,7 +125,7 @@ def test_a_worked_child(make):
             donor = int(child.origin_agent[1, 2])
             best = {0: [1, 4, 2], 2: [0, 1, 2]}[donor][:size]
             np.testing.assert_array_equal(child.ids[1, copied], parent.ids[donor, best])
-            np.testing.assert_array_equal(child.mask[1, copied], parent.mask[donor, best])
+            np.testing.assert_array_equal(child.rules.mask[1, copied], parent.rules.mask[donor, best])
             assert (child.origin_agent[1, copied] == donor).all()
             donors.add(donor)
         assert (child.origin_kind[1, 2 + size :] == Origin.RANDOM).all()
@@ -184,10 +184,10 @@ def test_what_holds_for_every_child(make, contribution, fitness, explorations, e
     parent = make.solution(agents=agents, rules=rules, seed=seed)
     evaluation = make.evaluation(fitness, contribution, rules=rules, rng=rng)
     child = child_of(make, parent, evaluation, explorations=explorations, exchange=exchange, seed=seed)
-    np.testing.assert_array_equal(child.ids, rule_ids(child.mask, child.action))
+    np.testing.assert_array_equal(child.ids, rule_ids(child.rules.mask, child.rules.action))
     assert child.equals(child_of(make, parent, evaluation, explorations=explorations, exchange=exchange, seed=seed))
     kept = kept_count(rules, fitness, explorations, 100.0)
-    low, used, error = low_quality(evaluation.contribution_sum), evaluation.used, evaluation.error
+    low, used, error = low_quality(evaluation.contribution_sum), evaluation.used, evaluation.figures.error
     for agent in range(agents):
         fresh = child.origin_generation[agent] == 5
         if not low[agent]:

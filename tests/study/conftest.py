@@ -11,7 +11,7 @@ import pytest
 
 from slcs2_jax.config import Settings, World
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary
-from slcs2_jax.study.arm import cell_named
+from slcs2_jax.results.arm import cell_named
 from slcs2_jax.study.experiment import run_folder, settings_with
 
 ARMS: dict[str, dict[str, Any]] = {
@@ -35,8 +35,8 @@ class Maker:
         world = World.preset(*cell_named(cell))
         base = settings_with({"generations": generations, "seed": seed, "instances": 1, **own}, ARMS[arm])
         settings = replace(base, world=world)
-        controller = arm if arm == "designed" else None
-        return replace(settings, run_dir=str(run_folder(self.root, settings, controller)))
+        policy = arm if arm == "designed" else None
+        return replace(settings, run_dir=str(run_folder(self.root, settings, policy)))
 
     def evolved(
         self,
@@ -74,7 +74,7 @@ class Maker:
     def designed(self, cell: str, seed: int, fitness: Sequence[float], **own: Any) -> Path:
         """The designed behaviour's deployments in one instance."""
         settings = self.settings("designed", cell, seed, 1, **own)
-        folder = RunFolder.create(settings, device="1 x cpu", record={"controller": "designed"})
+        folder = RunFolder.create(settings, device="1 x cpu", record={"policy": "designed"})
         folder.write_summary({"fitness": list(fitness)})
         return folder.path
 

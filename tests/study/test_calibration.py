@@ -5,7 +5,7 @@ import math
 import pytest
 
 from slcs2_jax.config import InputError
-from slcs2_jax.study.arm import CELLS, cell_named
+from slcs2_jax.results.arm import CELLS, cell_named
 from slcs2_jax.study.calibration import Estimate, Fit, Notebook, Point, fits, fits_table, points
 from slcs2_jax.study.experiment import settings_with
 from slcs2_jax.study.paper import tuning_means

@@ -1,4 +1,4 @@
-"""Collecting results: every instance of every run below a folder, and a refusal of runs that cannot be compared."""
+"""Collecting results: every instance of every run below a folder, told apart by the settings in which they differ."""
 
 import json
 
@@ -6,7 +6,7 @@ import pytest
 
 from slcs2_jax.config import InputError, Radio, Rules, Search, Settings
 from slcs2_jax.results import RunFolder
-from slcs2_jax.study.arm import Cell, arm_of
+from slcs2_jax.results.arm import Cell, arm_of
 from slcs2_jax.study.collect import collect
 
 
@@ -67,42 +67,13 @@ def test_runs_of_which_none_has_begun(make):
         collect(make.root)
 
 
-def test_runs_that_differ_in_the_model_are_refused(make):
+def test_runs_that_differ_in_a_setting_are_told_apart(make):
     make.evolved("slcs2", "open_short", 0, [0.1])
     make.evolved("ailta", "open_long", 0, [0.1], radio={"noise_dbm": -90.0})
-    with pytest.raises(InputError, match=r"radio\.noise_dbm: -90\.0 in .*ailta.* and -94\.0 in .*slcs2"):
-        collect(make.root)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("search.omega0", 4.0), ("search.fresh_deployments", 5), ("world.strip_half_width", 60.0)]
-)
-def test_other_settings_that_must_agree(make, name, value):
-    section, attribute = name.split(".")
-    make.evolved("slcs2", "open_short", 0, [0.1])
-    if section == "world":
-        from dataclasses import replace
-
-        settings = make.settings("slcs2", "open_short", 1, 1)
-        settings = replace(settings, world=replace(settings.world, **{attribute: value}))
-        RunFolder.create(settings, device="cpu", kind="evolve")
-    else:
-        make.evolved("slcs2", "open_short", 1, [0.1], **{section: {attribute: value}})
-    with pytest.raises(InputError, match=name):
-        collect(make.root)
-
-
-def test_cells_differ_in_their_distance_and_one_cell_does_not(make):
-    from dataclasses import replace
-
-    make.evolved("slcs2", "open_short", 0, [0.1])
-    make.evolved("slcs2", "open_long", 0, [0.1])
-    assert len(collect(make.root)) == 2
-    settings = make.settings("slcs2", "open_long", 1, 1)
-    settings = replace(settings, world=replace(settings.world, time_limit=300))
-    RunFolder.create(settings, device="cpu", kind="evolve")
-    with pytest.raises(InputError, match=r"world\.time_limit: 40000 in .* and 300 in"):
-        collect(make.root)
+    changed, plain = collect(make.root)
+    assert (plain.arm, plain.point) == ("slcs2", ())
+    assert (changed.arm, changed.algorithm) == ("ailta at radio.noise_dbm=-90.0", "ailta")
+    assert changed.point == (("radio.noise_dbm", -90.0),)
 
 
 def test_how_a_machine_was_used_may_differ(make):

@@ -9,8 +9,8 @@ pytest.importorskip("matplotlib")
 import matplotlib
 
 from slcs2_jax.looking import drawing
+from slcs2_jax.results.arm import CELLS
 from slcs2_jax.study import figure
-from slcs2_jax.study.arm import CELLS
 from slcs2_jax.study.calibration import Estimate, fits, points
 from slcs2_jax.study.collect import collect
 from slcs2_jax.study.experiment import reported_experiments
@@ -75,7 +75,7 @@ def test_curves_are_means_by_generation_with_labelled_axes(study):
     np.testing.assert_allclose(line.get_xdata(), [1, 2])
     np.testing.assert_allclose(line.get_ydata(), [0.1, 0.2])
     assert drawn.get_supxlabel() == "generation"
-    assert drawn.get_supylabel() == "best fitness so far"
+    assert drawn.get_supylabel() == "best fitness of the search so far, mean and CI90"
     assert len(shown[0].collections) == 2  # a band for each arm
 
 

@@ -1,9 +1,12 @@
 """The report as a whole: what it writes, that it writes the same again, and that partial results are told as such."""
 
+import csv
+import io
 import json
 
 import pytest
 
+from slcs2_jax import cli
 from slcs2_jax.commands import report as command
 from slcs2_jax.config import InputError
 from slcs2_jax.study.report import write_report
@@ -31,6 +34,7 @@ def test_what_is_written_and_that_it_is_the_same_again(runs, tmp_path):
         "contributions_best_comparisons.csv",
         "contributions_curves.png",
         "contributions_curves.svg",
+        "contributions_failures.csv",
         "contributions_fitness.csv",
         "contributions_fresh_comparisons.csv",
         "report.md",
@@ -123,3 +127,56 @@ def test_a_single_run(make):
     make.evolved("slcs2", "open_short", 0, [0.1, 0.2], fresh=0.1)
     report = write_report(make.root / "slcs2" / "open_short" / "seed_000")
     assert "| short open | SLCS2 |" in " ".join((report.folder / "report.md").read_text().split())
+
+
+ODD = (
+    "=cmd|' C calc'!A0",
+    "\\input{secret}",
+    "<script>x<!script>",
+    "[l](javascript:x)",
+    "\x1b[2Jx",
+    "@SUM(1)",
+    "$x^{$",
+    "名",
+)
+
+
+def test_names_from_strangers_stay_text(make, capsys):
+    make.evolved("slcs2", "open_short", 0, [0.5])
+    for name in ODD:
+        make.evolved("slcs2", "open_short", 0, [0.25], grammar=f"a/{name}.bnf")
+    command.report_on(str(make.root))
+    assert all(letter.isprintable() or letter == "\n" for letter in capsys.readouterr().out)
+    place = make.root / "report"
+    tables = [io.StringIO(file.read_bytes().decode(), newline="") for file in place.glob("*.csv")]
+    cells = [cell for table in tables for row in csv.reader(table) for cell in row]
+    assert "'=cmd|' C calc'!A0" in cells
+    assert not [cell for cell in cells if cell.startswith(("=", "@"))]
+    latex = (place / "tables.tex").read_text()
+    assert r"\textbackslash{}input\{secret\}" in latex
+    assert r"\$x\textasciicircum{}\{\$" in latex
+    assert "\\input{" not in latex
+    text = (place / "report.md").read_text()
+    assert "\\<script>" in text
+    assert "[l\\](javascript:x)" in text
+    assert "=cmd\\|' C calc'!A0" in text
+    assert "\x1b" not in text + latex
+
+
+def test_what_is_passed_over_is_said_and_may_be_a_failure(runs, tmp_path, capsys):
+    assert cli.main(["report", str(runs), "replays=0", "strict=on"]) == 0
+    assert "passed over" not in capsys.readouterr().err
+    (runs / "linked").symlink_to(tmp_path)
+    assert cli.main(["report", str(runs), "replays=0"]) == 0
+    assert f"passed over: {runs / 'linked'}: is a link to a folder" in capsys.readouterr().err
+    assert cli.main(["report", str(runs), "replays=0", "strict=on"]) == 3
+
+
+def test_a_report_folder_that_is_a_link_is_not_written_to(runs, tmp_path):
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "x_best.png").write_text("mine")
+    (runs / "report").symlink_to(mine)
+    with pytest.raises(InputError, match="its folder report is a link; accepted is a folder"):
+        write_report(runs)
+    assert [(path.name, path.read_text()) for path in mine.iterdir()] == [("x_best.png", "mine")]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
-from slcs2_jax.study.arm import Cell, cell_named
+from slcs2_jax.results.arm import Cell, cell_named
 from slcs2_jax.study.collect import collect
 from slcs2_jax.study.study import BEST, FRESH, Contest, studies
 

@@ -4,31 +4,29 @@ const SMOOTHED = 25; // generations of the running mean
 
 function showCurves(one, history) {
   const { columns } = history;
-  const made = columns.generation.length
-    ? [fitnessChart(history), sizeChart(columns), noveltyChart(columns)]
-    : [element("p", { class: "note" }, "No generation is finished yet.")];
-  if (history.contribution.length) made.push(contributionChart(history.contribution));
+  const figures = columns.generation.length ? [fitnessFigure(history), sizeFigure(columns), noveltyFigure(columns)] : [];
+  if (history.contribution.length) figures.push(contributionFigure(history.contribution));
+  const made = figures.filter(Boolean).map(plot);
+  if (!columns.generation.length) made.unshift(element("p", { class: "note" }, "No generation is finished yet."));
   place("search").replaceChildren(...made);
 }
 
-function generations(columns) {
-  return { label: "generation", low: 0, high: Math.max(columns.generation.at(-1), 1) };
-}
-
-function fitnessChart({ of, columns }) {
+function fitnessFigure({ of, columns }) {
   const { generation, fitness, best } = columns;
   const thinned = of > generation.length ? ` ${generation.length} of ${of} generations are drawn.` : "";
-  return chart(
-    "Fitness of the best and of the population",
-    `Line: best so far. Dots: each generation's offspring, mean over its deployments; dashed: their running mean over ${SMOOTHED}.${thinned}`,
-    generations(columns),
-    { label: "fitness", ...range(fitness.concat(best)) },
-    (across, up) => [
-      ...dots(generation, fitness, across, up, "dot", "var(--trail)"),
-      line(generation, running(fitness), across, up, { stroke: "var(--interference)", "stroke-dasharray": "5 3" }),
-      line(generation, best, across, up, { stroke: "var(--blue)", "stroke-width": 2 }, true),
+  return {
+    title: "Fitness of the best and of the population",
+    caption: `Best so far in the search; each generation's offspring, mean over its deployments, and their running mean over ${SMOOTHED}.${thinned}`,
+    name: "fitness",
+    x: { label: "generation" },
+    y: { label: "fitness" },
+    xs: generation,
+    series: [
+      { label: "offspring", ys: fitness, kind: "dots", colour: "--trail" },
+      { label: "running mean", ys: running(fitness), kind: "line", colour: "--interference", dash: 1 },
+      { label: "best so far", ys: best, kind: "steps", colour: "--blue", dash: 0 },
     ],
-  );
+  };
 }
 
 /** Mean of each value and those before it, SMOOTHED in all. */
@@ -39,50 +37,46 @@ function running(values) {
   });
 }
 
-function sizeChart(columns) {
-  return chart(
-    "Collection",
-    "Solutions that the collection holds after each generation.",
-    generations(columns),
-    { label: "solutions", ...range(columns.size, 0) },
-    (across, up) => [line(columns.generation, columns.size, across, up, { stroke: "var(--blue)" }, true)],
-  );
+function sizeFigure(columns) {
+  return {
+    title: "Collection",
+    caption: "Solutions that the collection holds after each generation.",
+    name: "collection",
+    x: { label: "generation" },
+    y: { label: "solutions" },
+    xs: columns.generation,
+    series: [{ label: "solutions", ys: columns.size, kind: "steps" }],
+  };
 }
 
-function noveltyChart({ generation, novelty, fitness, accepted }) {
-  const where = (wanted) => novelty.map((value, at) => (accepted[at] === wanted ? value : null));
-  const title = (at) => `generation ${generation[at]}: fitness ${figure(fitness[at])}, novelty ${figure(novelty[at])}`;
-  if (novelty.every((value) => value === null)) return element("p", { class: "dim" }, "This search measures no novelty.");
-  return chart(
-    "Novelty against fitness",
-    "Each offspring: full dots were taken into the collection, rings were not.",
-    { label: "fitness", ...range(fitness) },
-    { label: "novelty", ...range(novelty) },
-    (across, up) => [
-      ...dots(fitness, where(false), across, up, "ring", "var(--dim)", title),
-      ...dots(fitness, where(true), across, up, "dot", "var(--blue)", title),
+/** None of a search that measures no novelty. */
+function noveltyFigure({ novelty, fitness, accepted }) {
+  if (novelty.every((value) => value === null)) return null;
+  const order = fitness.map((_, at) => at).sort((a, b) => fitness[a] - fitness[b]);
+  const where = (wanted) => order.map((at) => (accepted[at] === wanted ? novelty[at] : null));
+  return {
+    title: "Novelty against fitness",
+    caption: "Each offspring: full dots were taken into the collection, rings were not.",
+    name: "novelty",
+    x: { label: "fitness" },
+    y: { label: "novelty" },
+    xs: order.map((at) => fitness[at]),
+    series: [
+      { label: "not taken", ys: where(false), kind: "rings", colour: "--dim" },
+      { label: "taken", ys: where(true), kind: "dots", colour: "--blue" },
     ],
-  );
+  };
 }
 
-function contributionChart(contribution) {
-  const agents = contribution.map((_, agent) => agent);
-  return chart(
-    "Contribution of each agent",
-    "Delivered packets that an agent of the best solution had held, mean over its deployments.",
-    { label: "agent", low: -0.7, high: contribution.length - 0.3, ticks: agents.filter((n) => agents.length < 25 || n % 5 === 0) },
-    { label: "packets", ...range(contribution, 0) },
-    (across, up) =>
-      contribution.map((value, agent) =>
-        drawn("rect", {
-          x: across(agent - 0.35),
-          y: up(value),
-          width: across(0.7) - across(0),
-          height: up(0) - up(value),
-          fill: "var(--blue)",
-        }),
-      ),
-  );
+function contributionFigure(contribution) {
+  return {
+    title: "Contribution of each agent",
+    caption: "Delivered packets that an agent of the best solution had held, mean over its deployments.",
+    name: "contribution",
+    x: { label: "agent", names: contribution.map((_, agent) => String(agent)) },
+    y: { label: "packets" },
+    series: [{ label: "packets", ys: contribution, kind: "bars" }],
+  };
 }
 
 const LINEAGE_COLUMNS = [["generation"], ["fitness", 3], ["kept", 0], ["copied", 0], ["fresh", 0]];

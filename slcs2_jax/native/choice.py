@@ -1,0 +1,73 @@
+"""Whether the native chunk computes a batch, or XLA."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slcs2_jax.config.errors import InputError
+from slcs2_jax.config.field import refuse
+from slcs2_jax.episode import Parameters
+from slcs2_jax.grammar.vocabulary import PAPER
+from slcs2_jax.native.library import reason_against
+from slcs2_jax.policy.classifier import Classifier
+from slcs2_jax.policy.first_match import FirstMatch
+from slcs2_jax.policy.rules import Rules
+from slcs2_jax.swarm.reward import Progress
+from slcs2_jax.swarm.task import Delivery
+from slcs2_jax.world.arena import Arena
+from slcs2_jax.world.fading import LogNormal, NoFading
+from slcs2_jax.world.propagation import LogDistance
+
+POLICIES = (Classifier, FirstMatch)
+FADINGS = (NoFading, LogNormal)
+
+
+def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
+    """Which part of a batch the native chunk does not know, in words; None if it knows all of it."""
+    physics = parameters.physics
+    language, task, radio = physics.language, physics.task, physics.radio
+    if type(parameters.policy) not in POLICIES or type(given) is not Rules:
+        return f"the policy {type(parameters.policy).__name__}"
+    if language.own_clauses or language.own_actions:
+        return "a clause or an action of a plug-in"
+    if language.vocabulary.channels != PAPER.channels:
+        return "radio.channels"
+    if type(task) is not Delivery:
+        return f"the task {type(task).__name__}"
+    if type(task.reward) is not Progress:
+        return f"the reward {type(task.reward).__name__}"
+    if type(radio.propagation) is not LogDistance:
+        return f"the propagation {type(radio.propagation).__name__}"
+    if type(radio.fading) not in FADINGS:
+        return f"the fading {type(radio.fading).__name__}"
+    if arena.emitters is not None:
+        return "jammers that are several, move, or do not only answer"
+    if physics.swarm.failures is not None:
+        return "agents that fail"
+    return None
+
+
+def choose(wanted: str, platform: str, parameters: Parameters, arena: Arena, given: Any) -> tuple[bool, str | None]:
+    """Whether the native chunk computes a batch, and a line to tell if XLA does although nobody said so.
+
+    Args:
+        wanted: ``compute.native``, auto, on or off.
+        platform: of the devices.
+        parameters, arena, given: of the batch.
+
+    Raises:
+        InputError: it is wanted, and impossible.
+    """
+    if wanted == "off":
+        return False, None
+    if platform != "cpu":
+        if wanted == "on":
+            raise refuse("compute.native", wanted, f"auto or off on {platform} devices")
+        return False, None
+    part = beyond(parameters, arena, given)
+    reason = f"the native chunk does not know {part}" if part else reason_against()
+    if reason is None:
+        return True, None
+    if wanted == "on":
+        raise InputError(f"compute.native=on: {reason}; accepted is auto or off")
+    return False, f"{reason}; XLA computes instead, several times slower"
