@@ -145,9 +145,7 @@ def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
     return _call("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods))[0]
 
 
-def watch(
-    episode: Episode, parameters: Parameters, periods: int
-) -> tuple[Episode, dict[str, jax.Array], jax.Array]:
+def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episode, dict[str, jax.Array], jax.Array]:
     """``advance``; of the first episode notes of every step; and in how many steps each of its rules held: [R, n]."""
     sizes = Sizes.of(episode, parameters, periods, noted=True)
     before = episode.state
