@@ -196,8 +196,8 @@ def record(
     """Compute one episode and keep all of it.
 
     The episode is the one that a search or an evaluation with this key had. The native chunk, if it computes, hands out
-    what it does itself; XLA's arithmetic is laid out as in a rollout on one CPU device, and on other devices or versions
-    a last bit may differ and lead elsewhere.
+    what it does itself; XLA's arithmetic is laid out as in a rollout on one CPU device, and on other devices or
+    versions a last bit may differ and lead elsewhere.
 
     Args:
         settings: radio, swarm and learning.
