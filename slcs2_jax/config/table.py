@@ -1,4 +1,4 @@
-"""The settings as tables: for the page of settings of the documentation and for --help. All come from the dataclass fields."""
+"""The settings as tables: for the documentation and for --help. All come from the dataclass fields."""
 
 from __future__ import annotations
 
