@@ -94,7 +94,7 @@ def api_markdown() -> str:
         lines += ["", f"## {section}"]
         for home in SECTIONS.get(section, ()):
             for name in known.pop(home):
-                lines += ["", f"::: {_defined(name)}"]
+                lines += ["", f"::: {defined(name)}"]
         for place in BESIDE.get(section, ()):
             lines += ["", f"::: {place}", "    options:", "      show_root_full_path: true"]
     if known:
@@ -102,7 +102,7 @@ def api_markdown() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _defined(name: str) -> str:
+def defined(name: str) -> str:
     """Where a public name is defined, for mkdocstrings, which reads the source."""
     part = getattr(slcs2_jax, name)
     return f"{part.__module__}.{name}"

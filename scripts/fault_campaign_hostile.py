@@ -94,6 +94,7 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
         if figures.tried == count:
             break
         campaign.attempt(*trial)
+        print(f"{figures.tried}/{count} hostile folders, {len(figures.wrong)} wrong", file=sys.stderr, flush=True)
     campaign.odd_names()
     return figures
 

@@ -28,6 +28,15 @@ from slcs2_jax.world.emitters import JammerRoom
 from slcs2_jax.world.scenario import Scenario
 
 AXIS = "slots"
+_COMPILER_OPTIONS: dict[str, dict[str, Any]] = {
+    "cpu": {"xla_cpu_prefer_vector_width": 512},  # where there are none so wide: less
+    # Two steps in a round of the loop, so that what one hands on need not be copied back to where the next expects it;
+    # and whole loops as one CUDA graph, so that the host starts nothing within a chunk.
+    "gpu": {
+        "xla_gpu_enable_while_loop_unrolling": "WHILE_LOOP_UNROLLING_DOUBLE_BUFFER",
+        "xla_gpu_enable_command_buffer": "FUSION,DYNAMIC_SLICE_FUSION,CUSTOM_CALL,CONDITIONAL,WHILE",
+    },
+}
 LANES = 16  # slots per device come in multiples of this: what vector units take at a time
 
 
@@ -259,8 +268,7 @@ def _programs(
     same sizes.
     """
     given, parameters = jax.tree.unflatten(structure, described)
-    on_cpu = mesh.devices.flat[0].platform == "cpu"
-    compiler_options = {"xla_cpu_prefer_vector_width": 512} if on_cpu else None  # where there are none so wide: less
+    compiler_options = _COMPILER_OPTIONS.get(mesh.devices.flat[0].platform)
     engine: Any = native if by_native else episodes
 
     def refill(

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 
-from benchmarks import environment, generation, kernels, report, rounds, scaling, throughput
+from benchmarks import environment, generation, gpu_program, kernels, report, rounds, scaling, throughput
 from benchmarks.batch import make_rollout, play
 from benchmarks.rounds import Play, Spread
 from benchmarks.workload import Workload, median_scenario, random_workload, saved_workload, settings_of, with_walls
@@ -26,6 +26,7 @@ SCRIPTS = {
     "generation": generation,
     "kernels": kernels,
     "environment": environment,
+    "gpu_program": gpu_program,
 }
 LIMITS = (20, 35, 50)  # steps of the episodes: one, two and three chunks of 20 steps
 

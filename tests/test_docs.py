@@ -55,10 +55,10 @@ def test_every_page_stands_in_the_menu():
     assert set(menu) - made == {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
 
 
-def test_the_reference_has_every_public_name_once():
+def test_the_reference_has_every_public_name():
     page = docs_pages.api_markdown()
     for name in slcs2_jax._HOME:
-        assert len(re.findall(rf"^::: slcs2_jax[\w.]*\.{name}$", page, re.MULTILINE)) == 1, name
+        assert f"\n::: {docs_pages.defined(name)}\n" in page, name
 
 
 def test_every_assumed_value_has_its_row_with_the_studys_figures():
@@ -76,7 +76,7 @@ def test_the_table_of_results_is_that_of_the_runs():
     for experiment in ("contributions", "designed"):
         with (DOCS / "results" / "paper" / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
             for row in csv.DictReader(file):
-                figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["mean"])
+                figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["best mean"])
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
     assert len(rows) == 10
     for world, *cells in rows:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from slcs2_jax.commands.advance import advance
 from slcs2_jax.config.command_line import CommandLine
+from slcs2_jax.config.door import check_below
 from slcs2_jax.config.errors import InputError, refuse
 
 if TYPE_CHECKING:
@@ -90,7 +91,9 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
 def _run_dir(settings: Settings, job: Job, started: datetime) -> str:
     """The run folder: as given, or runs/DATE_TIME_...; in a sweep a folder below that for each combination."""
     if job.label:
-        return str(Path(_sweep_dir(job, started)) / job.label)
+        above = Path(_sweep_dir(job, started))
+        check_below(above, above / job.label)
+        return str(above / job.label)
     if settings.run_dir is not None:
         return settings.run_dir
     grammar = Path(settings.rules.grammar).stem

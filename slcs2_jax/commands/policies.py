@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from slcs2_jax.running.deployable import Deployable
 
 
+_LARGEST = 2**30  # bytes of a policy file, which was read before
+
+
 class NamedPolicy(NamedTuple):
     """A policy that the command line names.
 
@@ -24,6 +27,7 @@ class NamedPolicy(NamedTuple):
 
 def policy_named(name: str) -> NamedPolicy:
     """What policy=NAME stands for. Raises InputError if there is none such, or naming a damaged file."""
+    from slcs2_jax.config.door import read_file
     from slcs2_jax.config.registry import KINDS
     from slcs2_jax.policy.bound import bind
     from slcs2_jax.policy.decision_list import load_decision_list
@@ -33,7 +37,7 @@ def policy_named(name: str) -> NamedPolicy:
         return NamedPolicy(name, bind(name, ()), "")
     if Path(name).suffix == ".npz":
         saved = load_policy(name)
-        digest = hashlib.sha256(Path(name).read_bytes()).hexdigest()
+        digest = hashlib.sha256(read_file(Path(name), _LARGEST)).hexdigest()
         return NamedPolicy(Path(name).stem, bind(saved.name, saved.given), digest)
     decisions = load_decision_list(name)
     return NamedPolicy(Path(name).stem, decisions, decisions.text)

@@ -90,6 +90,7 @@ def _write_pages(folder: Path, report: Report, options: dict[str, Any], passed: 
     from slcs2_jax.results.files import make_folder
     from slcs2_jax.study.page import write_study_page
 
+    make_folder(report.folder / PAGES, inside=report.folder)
     _remove_pages(report.folder / PAGES)
     runs = runs_of_evolution(folder)
     replayed = chosen(runs, options["replays"])
@@ -124,11 +125,13 @@ def _write_run(
 
 def _remove_pages(folder: Path) -> None:
     """Those of an earlier report: of runs that may be gone."""
+    from slcs2_jax.config.door import folders_below
     from slcs2_jax.looking.document import is_page
 
-    for path in sorted(folder.rglob("*.html")):
-        if is_page(path):
-            path.unlink()
+    for place in list(folders_below(folder)):
+        for path in sorted(place.glob("*.html")):
+            if is_page(path):
+                path.unlink()
 
 
 def print_passed(passed: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""The settings of jammers in worlds made from a seed (spec sections 2, 3 and 11)."""
+"""The settings of jammers in worlds made from a seed (docs/model.md)."""
 
 from __future__ import annotations
 

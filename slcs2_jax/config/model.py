@@ -1,4 +1,4 @@
-"""The model's settings: world, agents, learning and rules (spec sections 2 and 4 to 6), with reasons and limits.
+"""The model's settings: world, agents, learning and rules (docs/model.md), with reasons and limits.
 
 Statuses are explained in `field.STATUS_MEANING`.
 """
@@ -24,7 +24,7 @@ RANGES = choices("range", ("short", "long"))
 
 @dataclass(frozen=True)
 class World(Section):
-    """Source, sink, buildings, jammer and start positions (spec section 2)."""
+    """Source, sink, buildings, jammer and start positions (docs/model.md)."""
 
     SECTION: ClassVar[str] = "world"
 
@@ -130,7 +130,7 @@ class World(Section):
 
 @dataclass(frozen=True)
 class Swarm(Section):
-    """The agents' bodies, senses and load (spec section 4)."""
+    """The agents' bodies, senses and load (docs/model.md)."""
 
     SECTION: ClassVar[str] = "swarm"
 
@@ -220,7 +220,7 @@ class Swarm(Section):
 
 @dataclass(frozen=True)
 class Learning(Section):
-    """Choice of a rule and learning of its quality and strength (spec section 6)."""
+    """Choice of a rule and learning of its quality and strength (docs/model.md)."""
 
     SECTION: ClassVar[str] = "learning"
 
@@ -274,7 +274,7 @@ class Task(Section):
 
 @dataclass(frozen=True)
 class Rules(Section):
-    """Rule-sets and the grammar that makes them (spec section 5)."""
+    """Rule-sets and the grammar that makes them (docs/model.md)."""
 
     SECTION: ClassVar[str] = "rules"
 

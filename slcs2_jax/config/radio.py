@@ -1,4 +1,4 @@
-"""The radio's settings: propagation, fading, reception and noise (spec section 3), with reasons and limits."""
+"""The radio's settings: propagation, fading, reception and noise (docs/model.md), with reasons and limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CALIBRATED = "first values that bring results to the paper's magnitude"
 
 @dataclass(frozen=True)
 class Radio(Section):
-    """Propagation, reception and noise (spec section 3)."""
+    """Propagation, reception and noise (docs/model.md)."""
 
     SECTION: ClassVar[str] = "radio"
 
@@ -112,7 +112,7 @@ class Radio(Section):
 
     @property
     def network_range(self) -> float:
-        """net (m): the distance at which the mean received power equals P_rs (spec section 3)."""
+        """net (m): the distance at which the mean received power equals P_rs (docs/model.md)."""
         if self.propagation == "log_distance":
             return log_distance_reach(self)
         return float(KINDS["propagation"].get(self.propagation).reach(self))

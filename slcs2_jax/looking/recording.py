@@ -21,6 +21,8 @@ from slcs2_jax.config import Settings
 from slcs2_jax.episode import Episode, Moment, Parameters, Result
 from slcs2_jax.grammar import RuleSets
 from slcs2_jax.grammar.vocabulary import NO_ACTION, Vocabulary
+from slcs2_jax.native import advance as native
+from slcs2_jax.native import choice
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.policy import Figures
 from slcs2_jax.rollout import LANES
@@ -193,8 +195,9 @@ def record(
 ) -> Recording:
     """Compute one episode and keep all of it.
 
-    The arithmetic is laid out as in a rollout on one CPU device, so that the episode is the one that a search or an
-    evaluation with this key had; on other devices or versions a last bit may differ and lead elsewhere.
+    The episode is the one that a search or an evaluation with this key had. The native chunk, if it computes, hands out
+    what it does itself; XLA's arithmetic is laid out as in a rollout on one CPU device, and on other devices or
+    versions a last bit may differ and lead elsewhere.
 
     Args:
         settings: radio, swarm and learning.
@@ -211,18 +214,20 @@ def record(
     check_fits("world.time_limit", scenario.time_limit, _step_bytes(settings.swarm.agents), "a recording")
     parameters = Parameters.of(settings, deployed.policy, deployed.language)
     given = _given(scenario, deployed, key)
+    by_native, _ = choice.choose(settings.compute.native, jax.default_backend(), parameters, *given[:2])
+    if by_native:
+        given = jax.tree.map(lambda leaf: leaf[..., :1], given)
     most = scenario.time_limit if steps is None else min(steps, scenario.time_limit)
-    begin, watch, result = _programs(min(CHUNK, -(-most // settings.swarm.sharing_period)))
+    begin, watch, result = _programs(min(CHUNK, -(-most // settings.swarm.sharing_period)), by_native)
     episode = begin(*given, parameters)
     matched: Any = 0
     parts: list[dict[str, NDArray[Any]]] = []
     running = True
     computed = 0
     while running and computed < most:
-        episode, notes = watch(episode, parameters)
-        steps = notes["running"].size
-        part = {name: np.asarray(leaf).reshape(steps, *leaf.shape[3:]) for name, leaf in notes.items()}
-        matched = matched + part.pop("match").sum(axis=0, dtype=np.int32).T
+        episode, notes, held = watch(episode, parameters)
+        part = jax.tree.map(np.asarray, notes)
+        matched = matched + np.asarray(held).T
         parts.append(part)
         running = bool(part["running"][-1])
         computed += int(part["running"].sum())
@@ -249,14 +254,24 @@ def _given(scenario: Scenario, deployed: BoundPolicy, key: tuple[np.uint32, np.u
 
 
 @functools.cache
-def _programs(chunk: int) -> tuple[Any, Any, Any]:
-    """Begin, watch a chunk of so many sharing periods, and result, compiled for the default backend."""
+def _programs(chunk: int, by_native: bool) -> tuple[Any, Any, Any]:
+    """Begin, watch a chunk of so many sharing periods, and result, compiled for the default backend.
+
+    `watch` returns the episode, the notes of every step, and in how many steps each rule held: int32 [R, n].
+    """
     on_cpu = jax.default_backend() == "cpu"
     program = partial(jax.jit, compiler_options={"xla_cpu_prefer_vector_width": 512} if on_cpu else None)
 
-    def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any]:
-        return episodes.watch(episode, parameters, chunk, partial(_note, parameters))
+    def watch_natively(episode: Episode, parameters: Parameters) -> tuple[Episode, Any, jax.Array]:
+        return native.watch(episode, parameters, chunk)
 
+    def watch(episode: Episode, parameters: Parameters) -> tuple[Episode, Any, jax.Array]:
+        episode, notes = episodes.watch(episode, parameters, chunk, partial(_note, parameters))
+        held = jnp.sum(notes.pop("match"), axis=(0, 1, 2), dtype=jnp.int32)
+        return episode, jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[3:]), notes), held
+
+    if by_native:
+        return program(native.begin), program(watch_natively), program(native.result)
     return program(episodes.begin), program(watch), program(episodes.result)
 
 

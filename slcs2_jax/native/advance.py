@@ -145,9 +145,19 @@ def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
     return _call("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods))[0]
 
 
-def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episode, dict[str, jax.Array]]:
-    """``advance``, and notes of every step of the first episode: see ``notes_shapes``."""
-    return _call("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods, noted=True))
+def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episode, dict[str, jax.Array], jax.Array]:
+    """``advance``; of the first episode notes of every step; and in how many steps each of its rules held: [R, n]."""
+    sizes = Sizes.of(episode, parameters, periods, noted=True)
+    before = episode.state
+    episode, notes = _call("slcs2_advance", episode, parameters, sizes)
+    matched = notes.pop("matched")
+    steps = notes["running"].shape
+    notes["jammer_x"], notes["jammer_y"] = (
+        jnp.broadcast_to(at[-1:, 0], (*steps, 1)) for at in (before.node_x, before.node_y)
+    )
+    notes["jammed"] = notes["jammed"][:, None]
+    notes["down"] = jnp.zeros(notes["holding"].shape, bool)
+    return episode, notes, matched
 
 
 def result(episode: Episode, parameters: Parameters) -> Result:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import os
 import platform
 from collections.abc import Mapping
@@ -23,6 +25,7 @@ from slcs2_jax.results.files import storing, write_text
 
 CONFIG = "config.yaml"
 FORMAT = "slcs2_jax run 1"
+_ONCE_THE_ONLY_ONE = "Search"  # in records of versions whose settings did not name the search
 
 # What may differ when a run goes on: where it lies, how far it goes, how much of the machine it uses, when it is saved.
 # Slots and chunk may not: they decide the last bits of the arithmetic.
@@ -114,16 +117,24 @@ def read_config(folder: Path) -> RunConfig:
         raise InputError(f"{label} ({error}); accepted is a folder that slcs2 made") from None
     try:
         with telling_damage():
-            return _from_content(parse_yaml(data), file)
+            return _from_content(copy.deepcopy(_parsed(data)), file)
     except plugins.PluginError:
         raise
     except InputError as error:
         raise InputError(f"{label} ({show(str(error))}); start the run again in another folder") from None
 
 
+@functools.lru_cache(maxsize=64)
+def _parsed(data: bytes) -> Any:
+    """Once for a text: a run is looked for, looked at, locked and continued within moments."""
+    return parse_yaml(data)
+
+
 def _from_content(content: Any, file: Path) -> RunConfig:
     record = dict(content["record"])
     check_format(record.get("format"), FORMAT)
+    if record.get("search", _ONCE_THE_ONLY_ONE) != _ONCE_THE_ONLY_ONE:  # its settings do not say so
+        raise InputError(f"made by the search {show(str(record['search']))} of an older slcs2_jax: use that one")
     said = record.pop("checksum", None)
     content["record"] = record
     check_sum(content, said)

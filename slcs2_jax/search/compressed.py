@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 _LENGTH = struct.Struct("<I")
-_MOST = 64 * 1000 * 128  # bytes of an array: agents, rules, and a condition's words
+_MOST = 64 * 1000 * 128  # bytes of all arrays: agents, rules, and a condition's words and figures
 
 
 def compress(values: Mapping[str, Any]) -> bytes:
@@ -38,10 +38,12 @@ def decompress(data: bytes) -> dict[str, Any]:
     (length,) = _LENGTH.unpack_from(data)
     start = _LENGTH.size + length
     values: dict[str, Any] = {}
+    left = _MOST
     for name, value in json.loads(data[_LENGTH.size : start]).items():
         if isinstance(value, dict):
             dtype, size = np.dtype(value["dtype"]), math.prod(value["shape"])
-            raw = _unpacked(data[start : start + value["length"]], size * dtype.itemsize)
+            raw = _unpacked(data[start : start + value["length"]], size * dtype.itemsize, left)
+            left -= len(raw)
             values[name] = np.frombuffer(raw, dtype).reshape(value["shape"])
             start += value["length"]
         else:
@@ -49,10 +51,10 @@ def decompress(data: bytes) -> dict[str, Any]:
     return values
 
 
-def _unpacked(data: bytes, size: int) -> bytearray:
+def _unpacked(data: bytes, size: int, most: int) -> bytearray:
     """So many bytes from compressed ones, and never more. Raises ValueError, zlib.error."""
-    if not 0 <= size <= _MOST:
-        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST}")
+    if not 0 <= size <= most:
+        raise ValueError(f"an array of {size} bytes; accepted are at most {_MOST} in all")
     unpacking = zlib.decompressobj()
     raw = unpacking.decompress(data, size + 1)
     if len(raw) != size or not unpacking.eof:

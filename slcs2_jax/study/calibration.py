@@ -17,6 +17,7 @@ from slcs2_jax.config.field import refuse
 from slcs2_jax.config.model import ENVIRONMENTS
 from slcs2_jax.config.schema import accepted_paths, settings_fields, unknown_setting
 from slcs2_jax.results.arm import CELLS, OVERALL, PLAIN, Cell
+from slcs2_jax.results.files import make_folder
 from slcs2_jax.results.rows import append_rows, drop_torn_end, read_rows
 from slcs2_jax.study.paper import printed_mean, tuning_means
 from slcs2_jax.study.table import Table
@@ -132,7 +133,8 @@ class Notebook:
     def add(self, cell: Cell, point: Point, estimate: Estimate, sizes: Mapping[str, Any]) -> None:
         """Note an estimate. Raises StorageError."""
         row = {"values": point.values, "designed": estimate.designed, "evolved": estimate.evolved, "sizes": dict(sizes)}
-        self.folder.mkdir(parents=True, exist_ok=True)
+        self.folder.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(self.folder, inside=self.folder.parent)
         drop_torn_end(self._file(cell))
         append_rows(self._file(cell), [row])
 

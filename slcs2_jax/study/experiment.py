@@ -10,6 +10,7 @@ from typing import Any
 
 from slcs2_jax.config import InputError, Settings, settings_from
 from slcs2_jax.config.conf import conf_dir
+from slcs2_jax.config.door import check_below
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
 from slcs2_jax.results.arm import arm_of, cell_of
@@ -100,7 +101,7 @@ def plan(root: str | Path, config: Mapping[str, Any], experiment: Experiment, ar
     A folder's name follows from its arm, cell and seed alone, so experiments that share runs find each other's.
 
     Raises:
-        InputError: a bad setting, or two arms that are one.
+        InputError: a bad setting, two arms that are one, or a folder on the way to a run that is a link.
     """
     found: list[Planned] = []
     names: dict[str, str] = {}
@@ -115,6 +116,7 @@ def plan(root: str | Path, config: Mapping[str, Any], experiment: Experiment, ar
             if arm.policy is not None:  # nothing evolves: however far the others go, it is the same run
                 one = dataclasses.replace(one, search=dataclasses.replace(one.search, generations=1))
             folder = run_folder(root, one, arm.policy)
+            check_below(Path(root), folder)
             found.append(Planned(dataclasses.replace(one, run_dir=str(folder)), arm.policy))
     return found
 

@@ -83,14 +83,17 @@ def values_of(settings: Settings, among: Sequence[Factor]) -> dict[str, Any]:
 
 
 def shared_changes(runs: Sequence[Settings]) -> list[tuple[str, Any, Any]]:
-    """Settings that all runs have alike and not at their default: name, value, default."""
+    """Settings that all runs have alike and not at their default, or that of their world: name, value, default."""
     found = []
     for section, field in settings_fields():
-        if not _counts(field) or field.name in _OF_THE_WORLD:
+        if not _counts(field):
             continue
+        defaults = {field.default}
+        if field.name in _OF_THE_WORLD:
+            defaults = {getattr(World.preset(*cell_of(one)), field.attribute) for one in runs}
         values = {_value(one, section, field) for one in runs}
-        if len(values) == 1 and values != {field.default}:
-            found.append((field.name, values.pop(), field.default))
+        if len(values) == 1 and not values & defaults:
+            found.append((field.name, values.pop(), _in_order(defaults)[0]))
     return found
 
 

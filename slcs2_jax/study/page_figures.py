@@ -39,16 +39,17 @@ def _fitness(study: Study, metric: str) -> Figure:
     told = study.descriptions(metric)
     places = [place for place in PLACES if any(at == place for _, at in told)]
     series = []
-    for arm in study.arms:
+    for number, arm in enumerate(study.arms):
         own = [told.get((arm, place)) for place in places]
         means, intervals = (
             [None if one is None else one.mean for one in own],
             [None if one is None else one.interval for one in own],
         )
-        series.append(_series(arm_title(arm), means, intervals))
+        series.append({**_series(arm_title(arm), means, intervals), "like": number})
         printed = [printed_mean(study.name, arm, place.name) for place in places]
         if any(value is not None for value in printed):
-            series.append({"label": f"{arm_title(arm)}, printed in the paper", "ys": printed, "kind": "rings"})
+            label = f"{arm_title(arm)}, printed in the paper"
+            series.append({"label": label, "ys": printed, "kind": "rings", "like": number})
     return {
         "metric": metric,
         "name": f"{study.name}_{metric}",

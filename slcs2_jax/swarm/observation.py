@@ -18,7 +18,7 @@ from slcs2_jax.swarm.state import State, SwarmParameters
 from slcs2_jax.swarm.view import View
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.radio import RadioParameters
-from slcs2_jax.world.stored import stored
+from slcs2_jax.world.stored import kept, stored
 
 
 @jax.tree_util.register_dataclass
@@ -51,6 +51,7 @@ def look(
     roles = [closest(side, everybody.squared) for side in sides]
     to_sink = jnp.sqrt((arena.estimate_x - state.x) ** 2 + (arena.estimate_y - state.y) ** 2)
     to_source = jnp.sqrt(state.x**2 + state.y**2)
+    left = kept((*roles, to_sink, to_source))
     everywhere = jnp.ones_like(state.x)
     jammer = jnp.where(state.jammer_range > 0, state.jammer_range, jnp.inf)
     return View(
@@ -58,8 +59,8 @@ def look(
         arena=arena,
         links=links,
         everybody=everybody,
-        left=(*roles, to_sink, to_source),
-        right=(*roles, everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer),
+        left=left,
+        right=(*left[:3], everywhere * parameters.distance_threshold, everywhere * radio.network_range, jammer),
         node_heard=jnp.any(links.heard[-2:], axis=0),
         running=running,
         radio=radio,
@@ -69,8 +70,8 @@ def look(
 
 def observe(view: View, language: Language) -> Observation:
     """Form each agent's observation."""
-    truth = clauses.truth(view, language)
-    return Observation(stored(jnp.where(view.able, truth, np.uint32(0)), view.swarm.speed), view)
+    truth = jnp.where(view.able, clauses.truth(view, language), np.uint32(0))
+    return Observation(kept(stored(truth, view.swarm.speed)), view)
 
 
 class Feature(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from slcs2_jax.swarm.intent import Intent
 from slcs2_jax.swarm.links import Links
-from slcs2_jax.swarm.selection import least, rows
+from slcs2_jax.swarm.selection import first_of_least, least, rows
 from slcs2_jax.swarm.state import WORD, State, lift
 from slcs2_jax.world import randomness
 from slcs2_jax.world.radio import RadioParameters, decodable
@@ -91,8 +91,16 @@ def others(signal: jax.Array) -> jax.Array:
     The strongest is never subtracted from a sum that it dominates: for it the others are added up.
     """
     sender = rows(signal.shape[0], signal[0])
-    strongest = jnp.max(signal, axis=0)
-    first = jnp.min(jnp.where(signal == strongest, sender, np.int32(signal.shape[0])), axis=0)
+
+    def in_two_passes(signal: jax.Array) -> tuple[jax.Array, jax.Array]:
+        strongest = jnp.max(signal, axis=0)
+        return jnp.min(jnp.where(signal == strongest, sender, np.int32(signal.shape[0])), axis=0), strongest
+
+    def in_one_pass(signal: jax.Array) -> tuple[jax.Array, jax.Array]:
+        first, least = first_of_least(-signal)
+        return first, -least
+
+    first, strongest = jax.lax.platform_dependent(signal, cpu=in_two_passes, default=in_one_pass)
     rest = jnp.sum(jnp.where(sender == first, np.float32(0), signal), axis=0)
     return jnp.where(sender == first, rest, rest + (strongest - signal))
 

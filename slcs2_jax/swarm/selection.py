@@ -23,10 +23,32 @@ def least(eligible: jax.Array | np.ndarray, score: jax.Array, witness: jax.Array
     """
     count = eligible.shape[0]
     score = stored(jnp.where(eligible, score, jnp.inf), witness)
-    best = jnp.min(score, axis=0)
-    first = (score == best) & (score < jnp.inf)
-    index = jnp.min(jnp.where(first, rows(count, best), np.int32(count)), axis=0)
-    return index, best
+
+    def in_two_passes(score: jax.Array) -> tuple[jax.Array, jax.Array]:
+        best = jnp.min(score, axis=0)
+        first = (score == best) & (score < jnp.inf)
+        return jnp.min(jnp.where(first, rows(count, best), np.int32(count)), axis=0), best
+
+    def in_one_pass(score: jax.Array) -> tuple[jax.Array, jax.Array]:
+        index, best = first_of_least(score)
+        return jnp.where(best < jnp.inf, index, np.int32(count)), best
+
+    return jax.lax.platform_dependent(score, cpu=in_two_passes, default=in_one_pass)
+
+
+def first_of_least(score: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The lowest index of the least score, int32 [n, ...], and that score; float32 [m, n, ...] -> float32 [n, ...].
+
+    One pass over the scores; for GPUs, since CPUs lose their vector lanes over it.
+    """
+
+    def less(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+        nearer = (a[1] < b[1]) | ((a[1] == b[1]) & (a[0] < b[0]))
+        return jnp.where(nearer, a[0], b[0]), jnp.where(nearer, a[1], b[1])
+
+    count = score.shape[0]
+    index = jnp.broadcast_to(rows(count, score[0]), score.shape)
+    return jax.lax.reduce((index, score), (np.int32(count), np.float32(np.inf)), less, (0,))
 
 
 def take(table: jax.Array, index: jax.Array) -> jax.Array:

@@ -16,7 +16,7 @@ from slcs2_jax.swarm import knowledge, links, motion, observation, packets, role
 from slcs2_jax.swarm.failure import who_is_down
 from slcs2_jax.swarm.observation import Observation
 from slcs2_jax.swarm.outcome import Outcome
-from slcs2_jax.swarm.state import OTHER_NODES, State, SwarmParameters, initial_state
+from slcs2_jax.swarm.state import OTHER_NODES, State, SwarmParameters, initial_state, lift
 from slcs2_jax.swarm.task import Delivery, task_of
 from slcs2_jax.world.arena import Arena
 from slcs2_jax.world.radio import RadioParameters
@@ -71,13 +71,27 @@ def act(action: jax.Array, seen: Observation, physics: Physics) -> tuple[State, 
     moved_packets = links.moved_jammers(moved_packets, view.running, arena, physics.radio)
     after = dataclasses.replace(
         moved_packets,
-        node_x=moved_packets.node_x.at[:-OTHER_NODES].set(x),
-        node_y=moved_packets.node_y.at[:-OTHER_NODES].set(y),
+        node_x=_replaced(moved_packets.node_x, x),
+        node_y=_replaced(moved_packets.node_y, y),
         t=state.t + view.running.astype(jnp.int32),
     )
     after = failed(links.drawn(after, arena, physics.radio), view.running, physics.swarm)
     outcome = Outcome(intent, air)
     return after, physics.task.worth(view, after, outcome), outcome
+
+
+def _replaced(nodes: jax.Array, agents: jax.Array) -> jax.Array:
+    """Coordinates of all nodes with those of the agents replaced: in place where that saves a copy."""
+    return jax.lax.platform_dependent(
+        nodes,
+        agents,
+        cpu=lambda nodes, agents: nodes.at[:-OTHER_NODES].set(agents),
+        default=lambda nodes, agents: jnp.where(
+            lift(np.arange(nodes.shape[0]) < agents.shape[0], nodes[0]),
+            jnp.pad(agents, ((0, OTHER_NODES), *((0, 0),) * (agents.ndim - 1))),
+            nodes,
+        ),
+    )
 
 
 def begin(arena: Arena, key: jax.Array, physics: Physics) -> State:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -73,8 +74,20 @@ def _crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, lines
             count = count + crosses(x1, y1, x2, rise, walls.at[k], walls.low[k], walls.high[k]).astype(jnp.int32)
         return count, None
 
-    blocks = jax.tree.map(lambda a: a.reshape(-1, BLOCK, *a.shape[1:]), lines)
-    return jax.lax.scan(block, jnp.zeros(x1.shape, jnp.int32), blocks)[0]
+    def in_blocks(lines: Lines) -> jax.Array:
+        blocks = jax.tree.map(lambda a: a.reshape(-1, BLOCK, *a.shape[1:]), lines)
+        return jax.lax.scan(block, jnp.zeros(x1.shape, jnp.int32), blocks)[0]
+
+    def at_once(lines: Lines) -> jax.Array:
+        walls = jax.tree.map(partial(_against, x1), lines)
+        return jnp.sum(crosses(x1, y1, x2, rise, walls.at, walls.low, walls.high), axis=0, dtype=jnp.int32)
+
+    return jax.lax.platform_dependent(lines, cpu=in_blocks, default=at_once)
+
+
+def _against(places: jax.Array, walls: jax.Array) -> jax.Array:
+    """Walls [V, ...] as [V, 1, ...], to be spread over places [n, ...] or links [m, n, ...]."""
+    return walls.reshape(walls.shape[0], *(1,) * (places.ndim - walls.ndim + 1), *walls.shape[1:])
 
 
 @jax.tree_util.register_dataclass
@@ -163,17 +176,27 @@ def _nearest(
     walls = lines.at.shape[0]
     if walls == 0:
         return Nearest.none(x)
-    between = (1,) * (x.ndim - lines.at.ndim + 1)
-    at, low, high = (a.reshape(walls, *between, *a.shape[1:]) for a in (lines.at, lines.low, lines.high))
+    at, low, high = (_against(x, a) for a in (lines.at, lines.low, lines.high))
     squared = _squared(x, y, half, at, low, high)
     squared = jnp.where(counts(squared, at, low, high), squared, jnp.inf)
     # One minimum over words whose high bits are the distance's and whose low bits are the wall's number. Distances that
     # these bits do not tell apart differ by less than SLACK at any range of the lidar: the first is taken.
     low_bits = np.uint32((1 << (walls - 1).bit_length()) - 1)
     number = stored(jnp.arange(walls, dtype=jnp.uint32), half).reshape(walls, *(1,) * x.ndim)
-    least = jnp.min(jax.lax.bitcast_convert_type(squared, jnp.uint32) & ~low_bits | number, axis=0)
-    first = (least & low_bits).astype(jnp.int32)
-    at, low, high = (jnp.take_along_axis(a, first, axis=0) for a in (lines.at, lines.low, lines.high))
+    ticket = jax.lax.bitcast_convert_type(squared, jnp.uint32) & ~low_bits | number
+
+    def gathered(ticket: jax.Array, lines: Lines) -> tuple[jax.Array, ...]:
+        least = jnp.min(ticket, axis=0)
+        first = (least & low_bits).astype(jnp.int32)
+        return least, *(jnp.take_along_axis(a, first, axis=0) for a in (lines.at, lines.low, lines.high))
+
+    def summed(ticket: jax.Array, lines: Lines) -> tuple[jax.Array, ...]:
+        least = jnp.min(ticket, axis=0)
+        first = number == (least & low_bits)
+        return least, *(jnp.sum(jnp.where(first, a, np.float32(0)), axis=0) for a in (at, low, high))
+
+    # The wall of the least ticket, looked up; or summed up, since GPUs would turn the tables round for a look-up.
+    least, at, low, high = jax.lax.platform_dependent(ticket, lines, cpu=gathered, default=summed)
     none = least >= _INFINITY
     best = jnp.where(none, jnp.inf, _squared(x, y, half, at, low, high))
     return Nearest(best, jnp.clip(x, at - half, at + half), jnp.clip(y, low, high))

@@ -26,3 +26,11 @@ def stored(tree: Tree, witness: jax.Array) -> Tree:
 
 def _behind_branch(tree: Tree, witness: jax.Array) -> Tree:
     return jax.lax.cond(witness >= 0, lambda tree: tree, lambda tree: jax.tree.map(jnp.zeros_like, tree), tree)
+
+
+def kept(tree: Tree) -> Tree:
+    """The arrays of ``tree`` as they are, on GPUs computed once and stored; elsewhere this is nothing.
+
+    XLA's GPU compiler guesses what is better computed again by every reader. Where it guesses wrong, say so with this.
+    """
+    return jax.lax.platform_dependent(tree, cpu=lambda tree: tree, default=jax.lax.optimization_barrier)

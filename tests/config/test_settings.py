@@ -11,7 +11,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slcs2_jax.config import Compute, InputError, Learning, Radio, Search, Settings, Swarm, World, settings_table
+from slcs2_jax.config import (
+    Compute,
+    InputError,
+    Jammers,
+    Learning,
+    Radio,
+    Search,
+    Settings,
+    Swarm,
+    World,
+    settings_from,
+    settings_table,
+    settings_to_dict,
+)
 from slcs2_jax.config.field import STATUS_MEANING, described
 from slcs2_jax.config.settings import SECTIONS
 
@@ -153,3 +166,35 @@ def test_importing_the_configuration_starts_neither_jax_nor_hydra():
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert shown.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: Radio(channels=[]), "radio.channels=[]: accepted is a list of 1 to 14 different whole numbers"),
+        (lambda: Radio(channels=(1, 6, 1)), "radio.channels=[1,6,1]: accepted is a list of 1 to 14 different"),
+        (
+            lambda: Radio(channels=[0]),
+            "radio.channels=[0]: accepted is a list of 1 to 14 different whole numbers from 1",
+        ),
+        (lambda: Radio(channels=[1.0]), "radio.channels=[1.0]: accepted is a list"),
+        (lambda: Radio(channels=[True]), "radio.channels=[True]: accepted is a list"),
+        (lambda: Radio(channels="1,6"), "radio.channels=1,6: accepted is a list"),
+        (lambda: Radio(channels=7), "radio.channels=7: accepted is a list"),
+        (lambda: Swarm(failures_at=None), "swarm.failures_at=null: accepted is a list of 0 to 100 different"),
+        (lambda: Radio(fading="foggy"), "radio.fading=foggy: accepted is one of none, lognormal, rayleigh, rician"),
+        (lambda: Jammers(motion="up"), "jammers.motion=up: accepted is one of fixed, patrol, pursue, or a name that"),
+        (lambda: Jammers(count=0), "jammers.count=0: accepted is a whole number from 1 to 16"),
+    ],
+)
+def test_lists_and_parts_are_refused_in_the_same_form(make, expected):
+    assert message(make).startswith(expected)
+
+
+def test_a_list_of_numbers_is_held_as_a_tuple_and_written_as_a_list():
+    settings = Settings(radio=Radio(channels=[11, 1]), swarm=Swarm(failures_at=[5]))
+    assert settings.radio.channels == (11, 1)
+    plain = settings_to_dict(settings)
+    assert plain["radio"]["channels"] == [11, 1]
+    assert settings_from(plain) == settings
+    assert hash(settings) == hash(settings_from(plain))

@@ -36,7 +36,7 @@ def built(monkeypatch):
         module,
         "Rollout",
         lambda parameters, shape, like, **values: SimpleNamespace(
-            walls=shape.walls, slots=values["slots"], slot_steps=0, compile_seconds=0.0
+            walls=shape.walls, slots=values["slots"], slot_steps=0, compile_seconds=0.0, note=None
         ),
     )
     return lambda some: module.make_batches(SETTINGS, some)

@@ -38,6 +38,8 @@ def test_what_the_world_sets_is_a_factor_only_within_a_world():
     near, far = Settings(world=World.preset("open", "short")), Settings(world=World.preset("open", "long"))
     assert factors([near, far]) == ()
     nearer = replace(near, world=replace(near.world, distance=300.0))
+    assert shared_changes([nearer]) == [("world.distance", 300.0, near.world.distance)]
+    assert shared_changes([near]) == shared_changes([far]) == shared_changes([near, nearer]) == []
     [distance] = factors([near, far, nearer])
     assert (distance.base[OPEN], distance.base[LONG]) == (near.world.distance, far.world.distance)
     assert [point_of(one, [distance]) for one in (near, far, nearer)] == [(), (), (("world.distance", 300.0),)]

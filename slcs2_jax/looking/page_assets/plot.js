@@ -1,8 +1,8 @@
 // Figures: drawn by uPlot, each with its SVG and its data to be downloaded.
 //
 // A figure is { title, caption, name, x, y, xs, series, level, cells }: x and y are { label, names }, `names` for an axis
-// of places instead of numbers; a series is { label, ys, low, high, kind, colour }, `kind` one of KINDS, `low` and `high`
-// the ends of an interval; `level` is the height of a horizontal line. `cells` (rows of numbers, lowest first) makes it
+// of places instead of numbers; a series is { label, ys, low, high, kind, colour, like }, `kind` one of KINDS, `low` and
+// `high` the ends of an interval, `like` the number of a series whose colour it has; `level` is the height of a horizontal line. `cells` (rows of numbers, lowest first) makes it
 // a map of colours, without series.
 
 const INKS = ["--blue", "--interference", "--delivered", "--jammed", "--refused", "--weak"];
@@ -15,7 +15,8 @@ const KINDS = {
   rings: () => () => null,
   joined: () => uPlot.paths.linear(), // dots, and a line from each to the next
 };
-const HEIGHT = 260;
+const HEIGHT = 210; // without what stands below the x axis
+const [LEVEL, SLANTED] = [50, 100]; // for its names, side by side or, of many, slanted
 
 function ink(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -35,7 +36,7 @@ function plot(figure) {
   document.addEventListener("themechange", () => frame.isConnected && show());
   const size = () => Math.max(frame.clientWidth, 480);
   const legend = () => (figure.series ?? []).map((one, at) => ({ label: one.label, colour: inkOf(one, at) }));
-  const svg = () => svgOf(figure.title, () => draw(element("div"), size()), size(), HEIGHT, legend);
+  const svg = () => svgOf(figure.title, () => draw(element("div"), size()), size(), heightOf(figure), legend);
   return element(
     "figure", {},
     element("h3", {}, figure.title),
@@ -60,6 +61,14 @@ function spread(figure) {
     xs: rows.map(([at, number]) => at + ((number + 0.5) / series.length - 0.5) * 0.6),
     series: series.map((one, number) => ({ ...one, ys: own(number, one.ys), low: own(number, one.low), high: own(number, one.high) })),
   };
+}
+
+function below(figure) {
+  return figure.x.names?.length > 5 && figure.x.names.some((name) => name.length > 3) ? SLANTED : LEVEL;
+}
+
+function heightOf(figure) {
+  return HEIGHT + below(figure);
 }
 
 function download(name, text, type) {
@@ -91,11 +100,11 @@ function options(figure, width) {
   });
   return {
     width,
-    height: HEIGHT,
+    height: heightOf(figure),
     series,
     bands,
     scales: { x: { time: false, range: rangeOf(figure.x) }, y: { range: rangeOf(figure.y, figure.level) } },
-    axes: [axisOf(figure.x, !figure.cells, 50), axisOf(figure.y, !figure.cells, figure.y.names ? 80 : 56)],
+    axes: [axisOf(figure.x, !figure.cells, below(figure)), axisOf(figure.y, !figure.cells, figure.y.names ? 80 : 56)],
     legend: { show: !figure.cells },
     cursor: { points: { show: !figure.cells } },
     hooks: {
@@ -111,7 +120,7 @@ function options(figure, width) {
 }
 
 function inkOf(one, number) {
-  return ink(one.colour ?? INKS[number % INKS.length]);
+  return ink(one.colour ?? INKS[(one.like ?? number) % INKS.length]);
 }
 
 function seriesOf(one, number, figure) {
@@ -138,6 +147,7 @@ function edgeOf() {
 function axisOf(axis, grid, size) {
   const rule = ink("--rule");
   const found = { label: axis.label, stroke: ink("--ink"), grid: { show: grid, stroke: rule, width: 0.5 }, ticks: { stroke: rule, size: 5 }, size };
+  if (size === SLANTED) found.rotate = 35;
   if (axis.names) Object.assign(found, { splits: axis.names.map((_, at) => at), values: (_, at) => at.map((one) => axis.names[one] ?? "") });
   return found;
 }

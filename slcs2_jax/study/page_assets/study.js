@@ -35,7 +35,7 @@ function shownStudy(one, metric) {
 }
 
 function shownTable(table) {
-  const columns = table.header.map((name, at) => [name, (row) => row[at], table.rows.every((row) => row[at].length < 40) ? "short" : ""]);
+  const columns = table.header.map((name, at) => [name, (row) => row[at], table.rows.every((row) => row[at].length < 40) ? "short" : "long"]);
   return element(
     "div", { class: "table" },
     element("h3", {}, table.title, " ", element("button", { type: "button", click: () => download(`${table.name}.csv`, table.csv, "text/csv") }, "CSV")),
