@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from slcs2_jax.study.arm import arm_of, arm_title
 
 import slcs2_jax as slcs2
 from slcs2_jax.config.registry import KINDS
