@@ -14,6 +14,7 @@ _HOMES = {
         "Checkpoint",
         "Compute",
         "InputError",
+        "Knowledge",
         "Learning",
         "Radio",
         "Rules",
