@@ -94,9 +94,7 @@ class Problem:
         if self.settings.homogeneous and not solution.homogeneous:
             raise InputError(f"{label} has different rule-sets; accepted is one for all (search.homogeneous=true)")
         if self.knowledge is not None and not self.knowledge.stands_in(solution.rules):
-            raise InputError(
-                f"{label} lacks rules of knowledge.rules; accepted has them first, and no other reflexes"
-            )
+            raise InputError(f"{label} lacks rules of knowledge.rules; accepted has them first, and no other reflexes")
         if self.settings.inherit_quality != (solution.rules.quality is not None):
             lacks = "has no" if self.settings.inherit_quality else "has"
             raise InputError(f"{label} {lacks} initial quality; accepted is as search.inherit_quality says")

@@ -13,7 +13,8 @@ def mutate_flags(flags: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """The flags bool[n, K] after one small change, each of three as likely as the others:
 
     one rule is switched in the whole swarm, to what it is not in an agent drawn; one rule is switched in a few agents,
-    1 to n / 3; or one agent takes the flags of another. An agent alone has its rule switched.
+    1 to n / 3; or one agent takes the flags of another, or has a rule switched if those are its own. An agent alone
+    has a rule switched. The result is never what it was.
     """
     agents, rules = flags.shape
     changed = flags.copy()
@@ -25,8 +26,9 @@ def mutate_flags(flags: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         some = rng.permutation(agents)[: int(rng.integers(1, max(1, agents // _FEW) + 1))]
         changed[some, rule] = ~flags[some, rule]
     else:
-        other = (agent + int(rng.integers(1, agents))) % agents
-        changed[agent] = flags[other]
+        changed[agent] = flags[(agent + int(rng.integers(1, agents))) % agents]
+        if (changed == flags).all():
+            changed[agent, rule] = not flags[agent, rule]
     return changed
 
 
