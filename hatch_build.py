@@ -6,6 +6,7 @@ Else it is compiled when it is first wanted, or XLA computes everything.
 from __future__ import annotations
 
 import importlib.util
+import sysconfig
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -47,4 +48,5 @@ class NativeChunk(BuildHookInterface):
         for path in made:
             build_data["force_include"][str(path)] = str(NATIVE / "lib" / path.name)
         build_data["pure_python"] = False
-        build_data["infer_tag"] = True
+        platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+        build_data["tag"] = f"py3-none-{platform}"  # the libraries know nothing of Python

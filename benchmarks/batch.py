@@ -33,6 +33,7 @@ def make_rollout(workload: Workload, slots: int) -> Rollout:
         slots=slots,
         devices=runtime.devices(settings.compute),
         chunk=settings.compute.chunk,
+        engine=settings.compute.native,
     )
 
 

@@ -121,7 +121,7 @@ def advance(settings: Any, batch: int) -> tuple[str, int]:
     periods = max(1, round(settings.compute.chunk / settings.swarm.sharing_period))
     device = topologies.get_topology_desc(platform="cuda", target_config=DEVICE.read_text(), topology="1x1x1").devices
     mesh = Mesh(np.array(device), (rollout.AXIS,))
-    _, program, _ = rollout._programs(mesh, periods, structure, described)
+    _, program, _ = rollout._programs(mesh, periods, structure, described, False)
     return program.as_text(), periods * settings.swarm.sharing_period
 
 

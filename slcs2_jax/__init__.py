@@ -14,6 +14,7 @@ _HOMES = {
         "Checkpoint",
         "Compute",
         "InputError",
+        "Jammers",
         "Knowledge",
         "Learning",
         "Radio",

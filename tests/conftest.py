@@ -5,6 +5,7 @@ And builders of small solutions, deployments, evaluations and searches. n agents
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
@@ -108,3 +109,9 @@ class Make:
 @pytest.fixture(scope="session")
 def make() -> type[Make]:
     return Make
+
+
+@pytest.fixture(scope="session")
+def readers_cache(tmp_path_factory) -> Path:
+    """The cache folder of whoever follows the documentation: empty at first, then with what was compiled."""
+    return tmp_path_factory.mktemp("cache")

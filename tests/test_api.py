@@ -103,8 +103,8 @@ def test_deploy_refuses_what_it_would_compute_wrongly(settings, rules):
             (more, dataclasses.replace(scenario, start=np.zeros((AGENTS + 1, 2), np.float32)), rules),
             r"policy: \[3, 10\] agents and rules; accepted are \[4, 10\]",
         ),
-        ((settings, starts, rules), "scenario: starts for 2 agents; accepted are 3"),
-        ((settings, thick, rules), "scenario: walls 2 m thick; accepted is 1 m"),
+        ((settings, starts, rules), r"scenario\.start=float32 \[2, 2\]: accepted is a float32 array \[3, 2\]"),
+        ((settings, thick, rules), r"scenario\.wall_thickness=2.*: accepted is 1 m, as world.wall_thickness says"),
         ((settings, scenario, both), "rules: '.*=>.*' cannot be said in grammar=main"),
     ):
         with pytest.raises(slcs2.InputError, match=part):

@@ -23,7 +23,7 @@ from slcs2_jax.swarm.state import SwarmParameters
 from slcs2_jax.world.radio import RadioParameters
 from slcs2_jax.world.scenario import Scenario, make_scenario
 
-SMALL = {"swarm.agents": 4, "swarm.packets": 4, "rules.rules": 20}
+SMALL = {"swarm.agents": 4, "swarm.packets": 4, "rules.rules": 20, "compute.native": "off"}  # XLA, as the environment
 NEAR = {"radio.power_dbm": 6.5, "world.distance": 110.0, "world.time_limit": 300, "grammar": "both"}  # net is 54 m
 SEED = 7
 PLACES = ("x", "y", "holding", "waiting", "delivered")

@@ -1,134 +1,76 @@
-"""The README tells the truth: its commands and code run, its table of values is current, its links lead somewhere."""
+"""The README tells the truth: its commands and code run, its links lead somewhere, it is short."""
 
 from __future__ import annotations
 
-import csv
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from omegaconf import OmegaConf
 
 from slcs2_jax import __version__
-from slcs2_jax.config.table import settings_markdown
-from slcs2_jax.looking.rulebook import rule_lines
-from slcs2_jax.results import load_solution
+from slcs2_jax.config.registry import KINDS
+from tests.documentation import README, ROOT, Block, blocks, follow
 
-ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
-
-SET_UP = [block for _, block in BLOCKS if block.startswith("bash scripts/")]  # run by .ci/run, as they stand
-TO_RUN = [(kind, block) for kind, block in BLOCKS if kind != "text" and block not in SET_UP]
+TEXT = README.read_text(encoding="utf-8")
+BLOCKS = blocks(README)
+SET_UP = [block for block in BLOCKS if block.text.startswith("bash scripts/")]  # run by .ci/run, as they stand
+TO_RUN = [block for block in BLOCKS if block not in SET_UP]
+MOST_WORDS = 1200
 
 
-def name(value: object) -> str:
-    return re.sub(r"\W+", "-", str(value))[:40]
+def name(block: Block) -> str:
+    return re.sub(r"\W+", "-", block.text)[:40]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """Where a reader would be: blocks run here one after the other and find what those before them left."""
+    """Where a reader would be."""
     return tmp_path_factory.mktemp("reader")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "block"), TO_RUN, ids=name)
-def test_every_block_runs(kind, block, folder):
-    commands = {"bash": ["bash", "-euo", "pipefail", "-c"], "python": [sys.executable, "-W", "error", "-c"]}
-    kept = {variable: value for variable, value in os.environ.items() if not variable.startswith(("JAX_", "XLA_"))}
-    path = f"{Path(sys.executable).parent}{os.pathsep}{kept['PATH']}"  # what activating does
-    done = subprocess.run(
-        [*commands[kind], block],
-        cwd=folder,
-        env=kept | {"PATH": path, "JAX_PLATFORMS": "cpu", "XDG_CACHE_HOME": str(folder / "cache")},
-        capture_output=True,
-        text=True,
-        timeout=1800,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.strip(), "a command of the README that shows nothing"
+@pytest.mark.parametrize("block", TO_RUN, ids=name)
+def test_every_block_runs(block, folder, readers_cache):
+    follow(block, folder, readers_cache)
 
 
-def test_there_are_blocks_and_each_is_of_a_known_kind():
-    assert {kind for kind, _ in BLOCKS} == {"bash", "python", "text"}
-    assert [kind for kind, _ in TO_RUN].count("python") == 1
+def test_there_are_three_doors_and_each_can_be_tried():
+    assert len(re.findall(r"^### ", TEXT, re.MULTILINE)) == 3
+    assert [block.kind for block in TO_RUN] == ["bash", "python", "python"]
+    assert all(block.runs and len(block.text.splitlines()) <= 12 for block in TO_RUN)
+
+
+def test_it_is_short():
+    assert len(TEXT.split()) <= MOST_WORDS
 
 
 def test_the_set_up_commands_are_what_ci_runs():
-    assert [block.strip() for block in SET_UP] == ["bash scripts/demo", "bash scripts/test"]
+    assert [block.text.strip() for block in SET_UP] == ["bash scripts/demo", "bash scripts/test"]
     lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
     for block in SET_UP:
-        assert block.strip() in lines
+        assert block.text.strip() in lines
     assert [line for line in lines if line][-1] == "bash scripts/test"
 
 
-def test_the_code_block_is_ten_lines():
-    [code] = [block for kind, block in TO_RUN if kind == "python"]
-    calls = [line for line in code.splitlines() if line and not line.startswith("import")]
-    assert len(calls) <= 10
-
-
-def test_the_table_of_values_is_current():
-    shown = re.search(r"^<!-- settings: .*?-->\n(.*?)^<!-- end of settings -->$", README, re.MULTILINE | re.DOTALL)
-    assert shown is not None
-    assert shown[1] == settings_markdown(), "print it again with the command above the table"
-
-
-def test_the_table_of_results_is_that_of_the_runs():
-    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", README, re.MULTILINE | re.DOTALL)
-    assert shown is not None
-    figures = {}
-    for experiment in ("contributions", "designed"):
-        with (ROOT / "docs" / "results" / "paper" / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["best mean"])
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
-    assert len(rows) == 10
-    for world, *cells in rows:
-        for arm, cell in zip(("SLCS2", "no novelty (AILTA)", "no exchange", "designed"), cells, strict=True):
-            said = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
-            assert said == [round(number, 3) for number in figures[world, arm]][: len(said)], (world, arm)
-
-
-def test_the_rules_in_words_are_those_of_the_solution_that_is_there():
-    solution = load_solution(ROOT / "docs" / "results" / "paper" / "winner_long_urban_seed_003.npz")
-    [block] = [block for kind, block in BLOCKS if kind == "text" and "most often" in block]
-    shown = re.findall(r"^ *([\d.]+) +([\d.]+) +([\d.]+) +(\d+) +\d+ +\d+  (.*)  \[(.*)\]$", block, re.MULTILINE)
-    lines = [line for line in rule_lines(solution) if line.agent == 7]
-    assert len(shown) == 2
-    for said, line in zip(shown, lines, strict=False):
-        figures = f"{line.quality:.2f}", f"{line.strength:.4f}", f"{line.error:.2f}", str(line.usage)
-        assert said == (*figures, line.rule, line.origin)
+def test_its_figures_are_those_of_the_documentation():
+    speed = (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")
+    assert "315 000" in TEXT
+    assert "901 times" in TEXT
+    assert re.search(r"open short, 0 walls \| 315,000 .*\| 901 \|", speed)
+    assert f"{len(KINDS)} kinds of parts" in TEXT
+    assert "killed 55 times" in TEXT
+    reliability = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    assert "55 times at random moments" in reliability
 
 
 def test_links_within_the_repository_lead_somewhere():
-    targets = [target for target in re.findall(r"\]\(([^)]+)\)", README) if "://" not in target]
+    targets = [target for target in re.findall(r"\]\(([^)]+)\)", TEXT) if "://" not in target]
     assert targets
-    headings = re.findall(r"^#+ (.*)$", README, re.MULTILINE)
-    anchors = {"#" + re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
-    assert [target for target in targets if target not in anchors and not (ROOT / target).exists()] == []
+    assert [target for target in targets if not (ROOT / target).exists()] == []
 
 
 def test_the_citation_is_of_this_version():
     said = OmegaConf.load(ROOT / "CITATION.cff")
     assert (said.version, said.license) == (__version__, "MIT")
     assert "1910.12412" in said.references[0].url
-
-
-def test_scripts_that_are_named_exist():
-    for script in set(re.findall(r"bash (scripts/\w+)", README)):
-        assert (ROOT / script).is_file(), script
-
-
-def test_every_field_of_a_row_is_explained():
-    from dataclasses import fields
-
-    from slcs2_jax.search import HistoryRow
-
-    table = README[README.index("Fields of a row") :]
-    for field in ("instance", "seed", *(field.name for field in fields(HistoryRow))):
-        assert f"`{field}`" in table, field

@@ -51,6 +51,7 @@ def deploy(planned: Sequence[Planned]) -> None:
 def _deploy_cell(planned: Sequence[Planned]) -> None:
     from slcs2_jax import runtime
     from slcs2_jax.config.door import present
+    from slcs2_jax.native.choice import computed_on
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_config import CONFIG, read_config
     from slcs2_jax.study.collect import DEPLOYED, POLICY
@@ -64,7 +65,7 @@ def _deploy_cell(planned: Sequence[Planned]) -> None:
     settings = [one.settings for one in planned]
     with Progress(count, label=f"{first.world.range} {first.world.environment}: deployment") as report:
         deployments = deploy_in_runs(settings, named.policy, deployments=count, report=report)
-    device = runtime.describe_devices(first.compute)
+    device = computed_on(first.compute)
     for one, [own] in zip(settings, deployments, strict=True):
         path = Path(str(one.run_dir))
         if present(path / CONFIG):  # interrupted before its figures were written

@@ -61,6 +61,7 @@ def run(arguments: list[str]) -> int:
 def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     from slcs2_jax import runtime
     from slcs2_jax.config.overlay import deployment_settings, take
+    from slcs2_jax.native.choice import computed_on
     from slcs2_jax.results import Progress, RunFolder
     from slcs2_jax.results.run_folder import check_free
 
@@ -77,7 +78,7 @@ def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
         summary = driver.evaluate(settings, policy, deployments=deployments, report=report)
     if settings.run_dir is not None:  # made only now: an interrupted evaluation leaves nothing behind
         record = {**of_policy, "deployments": deployments}
-        folder = RunFolder.create(settings, device=runtime.describe_devices(settings.compute), record=record)
+        folder = RunFolder.create(settings, device=computed_on(settings.compute), record=record)
         folder.write_timing(summary.timing())
         folder.write_summary(summary.to_json())
     _print_evaluation(summary, settings)

@@ -76,12 +76,13 @@ def _place(into: Any) -> Iterator[Path]:
 
 def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
     from slcs2_jax import runtime
+    from slcs2_jax.native.choice import computed_on
     from slcs2_jax.results import Progress, RunFolder
 
     runtime.configure(settings.compute)
     from slcs2_jax.running import driver
 
-    device = runtime.describe_devices(settings.compute)
+    device = computed_on(settings.compute)
     if changes := config.changes(device):
         print(f"{terminal(changes)}: the same bytes are not to be expected")
     record = {"width": config.record["width"]}

@@ -1,4 +1,4 @@
-"""The settings as tables: for the README, for the reference page and for --help. All come from the dataclass fields."""
+"""The settings as tables: for the documentation and for --help. All come from the dataclass fields."""
 
 from __future__ import annotations
 
@@ -41,16 +41,6 @@ def settings_table() -> list[Row]:
         for section, field in settings_fields()
         for doc in (field.doc,)
     ]
-
-
-def settings_markdown() -> str:
-    """The table of all settings of the model, with status and reason, in Markdown (runs' own settings left out)."""
-    lines = ["| setting | value | unit | status | what it is; why this value |", "|---|---|---|---|---|"]
-    for row in settings_table():
-        if row.status != "run":
-            text = f"{row.help}; {row.reason}" if row.reason else row.help
-            lines.append(f"| `{row.name}` | {row.value} | {row.unit or '–'} | {row.status} | {_cell(text)} |")
-    return "\n".join(lines) + "\n"
 
 
 def reference_markdown() -> str:

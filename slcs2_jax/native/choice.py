@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from slcs2_jax import runtime
+from slcs2_jax.config import Compute
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
 from slcs2_jax.episode import Parameters
@@ -45,6 +47,16 @@ def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
     if physics.swarm.failures is not None:
         return "agents that fail"
     return None
+
+
+def computed_on(compute: Compute) -> str:
+    """In words, the devices and what computes on them, as a run records it: `2 x cpu (cpu), native chunk`.
+
+    Both decide the last bits of a run. Parts that the native chunk does not know are among the settings that a run has.
+    """
+    platform = runtime.devices(compute)[0].platform
+    native = compute.native != "off" and platform == "cpu" and reason_against() is None
+    return f"{runtime.describe_devices(compute)}, {'native chunk' if native else 'XLA'}"
 
 
 def choose(wanted: str, platform: str, parameters: Parameters, arena: Arena, given: Any) -> tuple[bool, str | None]:

@@ -57,8 +57,8 @@ inline Words tickets(const Mind& mind, int first, const uint32_t* names, const S
 
 // The action of a rule drawn uniformly from those of the match set with q >= q_max - alpha_grasp (q_max - q_min) (paper,
 // GRASP equation); NO_ACTION if no rule holds. names: the golden multiples of the rules' numbers in the whole swarm.
-inline int choose(const Mind& mind, const uint32_t* names, float alpha_grasp, const Stream<uint32_t>& lots) {
-  const Range range = quality_range(mind);
+inline int choose(const Mind& mind, Range range, const uint32_t* names, float alpha_grasp,
+                  const Stream<uint32_t>& lots) {
   if (!(range.best > -INFINITE)) return NO_ACTION;
   Words winner = all(0u);
   const float reach = alpha_grasp * (range.best - range.worst);
@@ -83,15 +83,33 @@ inline int chosen(const Mind& mind, const uint32_t* names, float alpha_grasp, co
   return rule;
 }
 
-// Learn from the last step, then choose, unless a reflex holds (subsumption, R. Brooks 1986). `step` counts from the call's beginning and names the place of action sets.
-inline int decide(Mind& mind, int step, const uint32_t* names, float reward, float alpha, const Parameters& p,
-                  const Stream<uint32_t>& lots) {
-  learn(mind, mind.set(step + HISTORY - 1), reward, best_ahead(mind), alpha, p.beta_q);
-  const int reflex = mind.reflex ? mind.first_match(mind.reflex) : -1;
-  const int action = reflex >= 0 ? (int)mind.action[reflex] : choose(mind, names, p.alpha_grasp, lots);
-  const Bits* with_action = mind.rules_with(action);
-  Bits* members = mind.set(step);
-  for (int w = 0; w < mind.words; w++) members[w] = action == NO_ACTION ? 0 : mind.match[w] & with_action[w];
+// An agent's decision in every episode: learn from the last step, then choose, unless a reflex holds (subsumption,
+// R. Brooks 1986). A thing is done in all episodes before the next one is: they do not wait for each other's results.
+// `step` counts from the call's beginning and names the place of action sets. minds: [LANES].
+inline Ints decide(Mind* minds, const bool* awake, int step, const uint32_t* names, Floats reward, Floats alpha,
+                   const Parameters& p, const Stream<Words>& lots) {
+  float ahead[LANES];
+  Range range[LANES];
+  Ints action = all(NO_ACTION);
+  const auto each = [&](auto work) {
+    for (int lane = 0; lane < LANES; lane++)
+      if (awake[lane]) work(lane, minds[lane]);
+  };
+  each([&](int lane, Mind& mind) { ahead[lane] = best_ahead(mind); });
+  each([&](int lane, Mind& mind) {
+    learn(mind, mind.set(step + HISTORY - 1), reward[lane], ahead[lane], alpha[lane], p.beta_q);
+  });
+  each([&](int lane, Mind& mind) { range[lane] = quality_range(mind); });
+  each([&](int lane, Mind& mind) {
+    const int reflex = mind.reflex ? mind.first_match(mind.reflex) : -1;
+    action[lane] = reflex >= 0 ? (int)mind.action[reflex]
+                               : choose(mind, range[lane], names, p.alpha_grasp, in_lane(lots, lane));
+  });
+  each([&](int lane, Mind& mind) {
+    const Bits* with_action = mind.rules_with(action[lane]);
+    Bits* members = mind.set(step);
+    for (int w = 0; w < mind.words; w++) members[w] = action[lane] == NO_ACTION ? 0 : mind.match[w] & with_action[w];
+  });
   return action;
 }
 

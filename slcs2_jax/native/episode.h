@@ -50,11 +50,11 @@ class Simulation {
     const Mask running = is_running(group_);
     if (!any(running)) return;
     for (int lane = 0; lane < LANES; lane++) awake_[lane] = running[lane] != 0;
-    load_minds(buffers, rows);
+    begin_minds(buffers, rows);
     load_walls(buffers, sizes_, rows, begin, *walls_);
     play(notes ? &*notes : nullptr);
     store_state(buffers, rows, group_, awake_);
-    each_mind([&](int i, int lane, Mind& mind) { store_mind(buffers, rows, i, lane, mind, sizes_.steps()); });
+    for (int i = 0; i < group_.n; i++) store_minds(buffers, rows, i, minds_ + i * LANES, awake_, sizes_.steps());
   }
 
   // The figures of episodes that are over (policy/classifier.py, finish): the last action learnt with nothing ahead,
@@ -64,7 +64,7 @@ class Simulation {
     load_world(buffers, rows, group_);
     load_state(buffers, rows, group_);
     for (int lane = 0; lane < LANES; lane++) awake_[lane] = lane < rows.count();
-    load_minds(buffers, rows);
+    begin_minds(buffers, rows);
     const Floats alpha = learning_rate();
     each_mind([&](int i, int lane, Mind& mind) {
       learn(mind, mind.set(HISTORY - 1), group_.reward[i][lane], 0.0f, alpha[lane], parameters_.beta_q);
@@ -72,8 +72,8 @@ class Simulation {
       float recent[HISTORY];
       for (int k = 0; k < sizes_.depth; k++) recent[k] = group_.recent[(size_t)i * sizes_.depth + k][lane];
       finish_strength(mind, recent, HISTORY - 1, parameters_.trace_decay);
-      store_mind(buffers, rows, i, lane, mind, 1);
     });
+    for (int i = 0; i < group_.n; i++) store_minds(buffers, rows, i, minds_ + i * LANES, awake_, 1);
   }
 
  private:
@@ -84,10 +84,10 @@ class Simulation {
         if (awake_[lane]) visit(i, lane, minds_[i * LANES + lane]);
   }
 
-  void load_minds(const Buffers& buffers, const Rows& rows) {
+  void begin_minds(const Buffers& buffers, const Rows& rows) {
     memset(needed_, 0, sizeof needed_);
-    each_mind([&](int i, int lane, Mind& mind) {
-      load_mind(buffers, rows, i, lane, mind);
+    for (int i = 0; i < group_.n; i++) load_minds(buffers, rows, i, minds_ + i * LANES, awake_);
+    each_mind([&](int, int, Mind& mind) {
       mind.begin();
       for (int r = 0; r < sizes_.rules; r++)
         for (int w = 0; w < sizes_.words; w++) needed_[w] |= mind.condition[w * Mind::whole_vectors(sizes_) + r];
@@ -138,20 +138,19 @@ class Simulation {
   Ints decide_all(int i, int step, const Truth& truth, Floats alpha, const Stream<Words>& lots, Notes* notes) {
     const bool learns = sizes_.policy == CLASSIFIER;
     const uint32_t* names = names_ + i * Mind::whole_vectors(sizes_);
+    Mind* minds = minds_ + i * LANES;
     Ints action = all(NO_ACTION);
     for (int lane = 0; lane < LANES; lane++) {
       if (!awake_[lane]) continue;
-      Mind& mind = minds_[i * LANES + lane];
-      const Stream<uint32_t> own = in_lane(lots, lane);
       uint32_t clauses[CLAUSE_WORDS];
       for (int w = 0; w < CLAUSE_WORDS; w++) clauses[w] = truth.word[w][lane];
-      mind.see(clauses);
-      action[lane] = learns ? decide(mind, step, names, group_.reward[i][lane], alpha[lane], parameters_, own)
-                            : decide_by_list(mind);
-      if (notes && lane == 0) {
-        const int rule = learns ? chosen(mind, names, parameters_.alpha_grasp, own) : mind.first_match();
-        notes->decision(step, i, mind, action[lane], rule);
-      }
+      minds[lane].see(clauses);
+      if (!learns) action[lane] = decide_by_list(minds[lane]);
+    }
+    if (learns) action = decide(minds, awake_, step, names, group_.reward[i], alpha, parameters_, lots);
+    if (notes) {
+      const int rule = learns ? chosen(*minds, names, parameters_.alpha_grasp, in_lane(lots, 0)) : minds->first_match();
+      notes->decision(step, i, *minds, action[0], rule);
     }
     return action;
   }

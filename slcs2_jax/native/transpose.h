@@ -122,55 +122,66 @@ inline void store_state(const Buffers& buffers, const Rows& rows, Group& g, cons
   store_power(buffers, rows, g, awake);
 }
 
-// Agent i's rules and memory in one episode. Bit k of a trace tells whether the rule was in the action set k steps ago;
-// usage counts all of these sets, a classifier's mind has yet to count the last one.
-inline void load_mind(const Buffers& buffers, const Rows& rows, int i, int lane, Mind& mind) {
-  const Sizes& s = *mind.sizes;
+// Agent i's rules and memory in all episodes that are awake. Bit k of a trace tells whether the rule was in the action set
+// k steps ago; usage counts all of these sets, a classifier's mind has yet to count the last one. minds: [LANES].
+inline void load_minds(const Buffers& buffers, const Rows& rows, int i, Mind* minds, const bool* awake) {
+  const Sizes& s = *minds->sizes;
   const size_t room = Mind::whole_vectors(s);
   const bool learns = s.policy == CLASSIFIER;
   const void* const* kept = buffers.kept;
-  if (mind.reflex) memset(mind.reflex, 0, mind.words * sizeof(Bits));
-  memset(mind.sets, 0, HISTORY * (size_t)mind.words * sizeof(Bits));
-  for (int r = 0; r < s.rules; r++) {
-    const size_t row = (size_t)r * s.agents + i;
-    for (int w = 0; w < s.words; w++)
-      mind.condition[w * room + r] =
-          rows.at<uint32_t>(buffers.given[CONDITION], (size_t)w * s.rules * s.agents + row, lane);
-    if (mind.reflex && rows.at<uint8_t>(buffers.given[REFLEX], row, lane))
-      mind.reflex[r / 64] |= Bits(1) << (r % 64);
-    mind.action[r] = rows.at<uint8_t>(buffers.given[ACTION], row, lane);
-    mind.usage[r] = rows.at<int32_t>(kept[USAGE], row, lane);
-    if (!learns) continue;
-    const uint32_t trace = rows.at<uint32_t>(kept[TRACE], row, lane);
-    mind.quality[r] = rows.at<float>(kept[QUALITY], row, lane);
-    mind.error[r] = rows.at<float>(kept[ERROR], row, lane);
-    mind.strength[r] = rows.at<float>(kept[STRENGTH], row, lane);
-    mind.usage[r] -= (int32_t)(trace & 1);
-    for (uint32_t left = trace; left; left &= left - 1)
-      mind.set(HISTORY - 1 - __builtin_ctz(left))[r / 64] |= Bits(1) << (r % 64);
+  for (int lane = 0; lane < rows.count(); lane++) {
+    memset(minds[lane].sets, 0, HISTORY * (size_t)minds[lane].words * sizeof(Bits));
+    if (s.reflexes) memset(minds[lane].reflex, 0, minds[lane].words * sizeof(Bits));
   }
+  for (int r = 0; r < s.rules; r++)
+    for (int lane = 0; lane < rows.count(); lane++) {
+      if (!awake[lane]) continue;
+      const size_t row = (size_t)r * s.agents + i;
+      const Mind& mind = minds[lane];
+      for (int w = 0; w < s.words; w++)
+        mind.condition[w * room + r] =
+            rows.at<uint32_t>(buffers.given[CONDITION], (size_t)w * s.rules * s.agents + row, lane);
+      if (s.reflexes && rows.at<uint8_t>(buffers.given[REFLEX], row, lane))
+        mind.reflex[r / 64] |= Bits(1) << (r % 64);
+      mind.action[r] = rows.at<uint8_t>(buffers.given[ACTION], row, lane);
+      mind.usage[r] = rows.at<int32_t>(kept[USAGE], row, lane);
+      mind.quality[r] = 0.0f;
+      if (!learns) continue;
+      const uint32_t trace = rows.at<uint32_t>(kept[TRACE], row, lane);
+      mind.quality[r] = rows.at<float>(kept[QUALITY], row, lane);
+      mind.error[r] = rows.at<float>(kept[ERROR], row, lane);
+      mind.strength[r] = rows.at<float>(kept[STRENGTH], row, lane);
+      mind.usage[r] -= (int32_t)(trace & 1);
+      for (uint32_t left = trace; left; left &= left - 1)
+        mind.set(HISTORY - 1 - __builtin_ctz(left))[r / 64] |= Bits(1) << (r % 64);
+    }
 }
 
-// `steps`: how many were made since the mind was loaded.
-inline void store_mind(const Buffers& buffers, const Rows& rows, int i, int lane, const Mind& mind, int steps) {
-  const Sizes& s = *mind.sizes;
+// `steps`: how many were made since the minds were loaded.
+inline void store_minds(const Buffers& buffers, const Rows& rows, int i, const Mind* minds, const bool* awake,
+                        int steps) {
+  const Sizes& s = *minds->sizes;
   const bool learns = s.policy == CLASSIFIER;
   void* const* kept = buffers.kept;
-  for (int r = 0; r < s.rules; r++) {
-    const size_t row = (size_t)r * s.agents + i;
-    rows.at<int32_t>(kept[USAGE], row, lane) = mind.usage[r];
-    if (!learns) continue;
-    rows.at<float>(kept[QUALITY], row, lane) = mind.quality[r];
-    rows.at<float>(kept[ERROR], row, lane) = mind.error[r];
-    rows.at<float>(kept[STRENGTH], row, lane) = mind.strength[r];
-    rows.at<uint32_t>(kept[TRACE], row, lane) = 0;
-  }
-  for (int k = 0; learns && k < HISTORY; k++)
-    for_each(mind.set(steps % HISTORY + HISTORY - 1 - k), mind.words, [&](int r) {
+  for (int r = 0; r < s.rules; r++)
+    for (int lane = 0; lane < rows.count(); lane++) {
+      if (!awake[lane]) continue;
       const size_t row = (size_t)r * s.agents + i;
-      rows.at<uint32_t>(kept[TRACE], row, lane) |= 1u << k;
-      if (k == 0) rows.at<int32_t>(kept[USAGE], row, lane)++;
-    });
+      const Mind& mind = minds[lane];
+      rows.at<int32_t>(kept[USAGE], row, lane) = mind.usage[r];
+      if (!learns) continue;
+      rows.at<float>(kept[QUALITY], row, lane) = mind.quality[r];
+      rows.at<float>(kept[ERROR], row, lane) = mind.error[r];
+      rows.at<float>(kept[STRENGTH], row, lane) = mind.strength[r];
+      rows.at<uint32_t>(kept[TRACE], row, lane) = 0;
+    }
+  for (int lane = 0; learns && lane < rows.count(); lane++)
+    for (int k = 0; awake[lane] && k < HISTORY; k++)
+      for_each(minds[lane].set(steps % HISTORY + HISTORY - 1 - k), minds[lane].words, [&](int r) {
+        const size_t row = (size_t)r * s.agents + i;
+        rows.at<uint32_t>(kept[TRACE], row, lane) |= 1u << k;
+        if (k == 0) rows.at<int32_t>(kept[USAGE], row, lane)++;
+      });
 }
 
 inline void load_walls(const Buffers& buffers, const Sizes& s, const Rows& rows, int begin, Walls& walls) {

@@ -12,7 +12,7 @@ from importlib import resources
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.ruleset import Rule, RuleSets, parse_rule_text
 from slcs2_jax.grammar.source import read_source
-from slcs2_jax.grammar.vocabulary import PAPER, WORD_BITS, Vocabulary, quote
+from slcs2_jax.grammar.vocabulary import WORD_BITS, Vocabulary, quote
 
 DECISION_LISTS = ("designed",)
 MOST_RULES = 1000
@@ -59,19 +59,19 @@ class DecisionList:
         return RuleSets.from_rules([self.rules] * agents)
 
 
-def parse_decision_list(text: str, *, name: str = "text", vocabulary: Vocabulary = PAPER) -> DecisionList:
-    """The decision list that a text describes.
+def parse_decision_list(text: str, *, name: str = "text", vocabulary: Vocabulary | None = None) -> DecisionList:
+    """The decision list that a text describes, in a vocabulary: by default that of all parts registered now.
 
     Raises InputError of one line that names the list, the line, and what is accepted.
     """
-    label = f"policy {quote(name, 120)}"
+    label, known = f"policy {quote(name, 120)}", vocabulary or Vocabulary.current()
     rules = []
     for number, line in enumerate(text.splitlines(), start=1):
         said = line.split("#", 1)[0]
         if not said.strip():
             continue
         try:
-            rules.append(parse_rule_text(said, vocabulary))
+            rules.append(parse_rule_text(said, known))
         except InputError as error:
             raise InputError(f"{label}: line {number}: {error}") from None
     if not 1 <= len(rules) <= MOST_RULES:
@@ -79,7 +79,7 @@ def parse_decision_list(text: str, *, name: str = "text", vocabulary: Vocabulary
     return DecisionList(name, text, tuple(rules))
 
 
-def load_decision_list(name_or_path: str | os.PathLike[str], *, vocabulary: Vocabulary = PAPER) -> DecisionList:
+def load_decision_list(name_or_path: str | os.PathLike[str], *, vocabulary: Vocabulary | None = None) -> DecisionList:
     """The designed behaviour (`designed`) or the user's own list from a text file.
 
     Raises InputError of one line if there is no such list or file, or `parse_decision_list` refuses it.

@@ -71,7 +71,7 @@ def _grammar(settings: Settings, text: str | None = None) -> Grammar:
     if text is None and name not in GRAMMARS:
         with contextlib.suppress(OSError):
             stamp = os.stat(name).st_mtime_ns
-    return _parsed(settings, text, Vocabulary.current(), stamp)
+    return _parsed(settings, text, Vocabulary.current(settings.radio.channels), stamp)
 
 
 @functools.lru_cache(maxsize=16)

@@ -13,7 +13,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from slcs2_jax import runtime
-from slcs2_jax.config import Settings
+from slcs2_jax.config import Jammers, Settings, World
+from slcs2_jax.grammar import GRAMMARS
+from slcs2_jax.native.choice import computed_on
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, ScenarioSummary
 from slcs2_jax.results.reading import look
 from slcs2_jax.results.summary import spread
@@ -74,7 +76,7 @@ def evolve(
             check_memory(first, host_bytes, width * len(devices), devices)
         for width, places in batches:
             for place in places:
-                device = runtime.describe_devices(settings[place].compute)
+                device = computed_on(settings[place].compute)
                 run = prepare(settings[place], device=device, width=width, as_begun=as_begun)
                 runs[place] = run
                 folders.callback(run.close)
@@ -238,11 +240,20 @@ def deploy_in_runs(
 
 
 def batch_key(settings: Settings) -> Any:
-    """What runs must have in common to share a batch."""
-    world = settings.world
-    sizes = (settings.rules.rules, world.wall_thickness, world.buildings)
-    brings = settings.knowledge.mode == "reflex", settings.search.inherit_quality  # arrays that its rule-sets have
-    return settings.radio, settings.swarm, settings.learning, settings.task, settings.compute, sizes, brings
+    """What runs must have in common to share a batch.
+
+    Whatever decides whether the native chunk computes is part of it, so that a run's neighbours decide nothing: users'
+    grammars, worlds from files or of users' making, and jammers that are not the paper's.
+    """
+    world, grammar = settings.world, settings.rules.grammar
+    usual = settings.jammers == Jammers() and world.file is None and world.scenario == World().scenario
+    return (
+        *(settings.radio, settings.swarm, settings.learning, settings.task, settings.compute),
+        *(settings.rules.rules, world.wall_thickness, world.buildings),
+        None if grammar in GRAMMARS else settings.rules,
+        None if usual else (settings.jammers, world),
+        *(settings.knowledge.mode == "reflex", settings.search.inherit_quality),  # arrays that rule-sets have
+    )
 
 
 def _seeds(settings: Settings) -> range:

@@ -40,7 +40,7 @@ class Evaluations:
         steps: int64 [P, S, D], time-steps done.
         contribution: int64 [P, S, D, n], delivered packets that each agent had held.
         measures: by name, what the caller's own measures gave, [P, S, D, ...].
-        deployments: the same one by one, with the figures of every rule: deployments[p][s][d].
+        deployments: the same one by one, with the figures of every rule: `deployments[p][s][d]`.
         usage: where the time went.
     """
 

@@ -58,7 +58,9 @@ def saved_last(run: FinishedRun, instance: int) -> tuple[SavedSolution | None, l
         grammar = read_grammar(run.path, read_config(run.path))
         with telling_damage():
             meta = about["instances"][instance]
-            members, best = unpack_held(part_of(arrays, prefix), meta["search"], Vocabulary.current())
+            members, best = unpack_held(
+                part_of(arrays, prefix), meta["search"], Vocabulary.current(run.settings.radio.channels)
+            )
             seed = int(meta["seed"])
             saved = [as_saved(member, run.settings, grammar, seed) for member in members]
             return None if best is None else as_saved(best, run.settings, grammar, seed), saved

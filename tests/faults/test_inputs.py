@@ -159,9 +159,10 @@ def test_any_value_of_any_setting_is_checked(changes, defaults):
         return
     for section, field in settings_fields():
         value = getattr(getattr(made, section) if section else made, field.attribute)
-        if value is not None:
-            assert type(value) is field.kind
-            assert field.kind is not float or math.isfinite(value)
+        assert not field.is_list or isinstance(value, tuple)
+        for entry in value if field.is_list else () if value is None else (value,):
+            assert type(entry) is field.kind
+            assert field.kind is not float or math.isfinite(entry)
     assert settings_from(settings_to_dict(made)) == made
 
 

@@ -107,6 +107,6 @@ def test_pictures_show_them_with_their_ways(troubled_episode, picture):
     one = troubled_episode
     figure = still([one], [""], picture, start=0, end=50, field="sinr")
     axes = figure.axes[0]
-    ways = [line for line in axes.lines if line.get_color() == JAMMER and len(line.get_xdata()) == 51]
+    ways = [line for line in axes.lines if str(line.get_color()) == JAMMER and len(line.get_xdata()) == 51]
     assert len(ways) == 3
     figure.canvas.draw()

@@ -14,7 +14,8 @@ import pytest
 
 from slcs2_jax import cli
 from slcs2_jax.looking import page_data, page_replay
-from slcs2_jax.looking.page import MARK, page
+from slcs2_jax.looking.document import MARK
+from slcs2_jax.looking.page import page
 from slcs2_jax.looking.page_data import Shown, by_rank, history, lineage, rule_table
 from slcs2_jax.looking.page_entries import chosen, entries
 from slcs2_jax.looking.traffic import traffic

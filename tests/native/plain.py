@@ -24,9 +24,12 @@ class Plain:
         self._library = ctypes.CDLL(str(path))
         self.lanes: int = self._library.slcs2_lanes()
 
-    def advance(self, episode: Episode, parameters: Parameters, periods: int) -> list[np.ndarray]:
+    def advance(
+        self, episode: Episode, parameters: Parameters, periods: int, *, noted: bool = False
+    ) -> list[np.ndarray]:
         """State and memory of the episodes after so many sharing periods, in the order of ``kept_arrays``."""
-        return self._call(self._library.slcs2_advance, episode, parameters, Sizes.of(episode, parameters, periods))
+        sizes = Sizes.of(episode, parameters, periods, noted=noted)
+        return self._call(self._library.slcs2_advance, episode, parameters, sizes)
 
     def finish(self, episode: Episode, parameters: Parameters) -> list[np.ndarray]:
         """The same with the memory of episodes that are over."""
@@ -40,6 +43,10 @@ class Plain:
         pointers = (ctypes.c_void_p * (GIVEN + KEPT + NOTED))()
         for place, array in enumerate([*given, *kept]):
             pointers[place] = array.ctypes.data
+        shapes = native.notes_shapes(sizes) if sizes.noted else {}
+        notes = [np.zeros(one.shape, one.dtype) for one in shapes.values()]
+        for place, array in enumerate(notes):
+            pointers[GIVEN + KEPT + place] = array.ctypes.data
         function(sizes.as_array().ctypes.data_as(ctypes.c_void_p), pointers)
         return kept
 

@@ -13,6 +13,7 @@ from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.policy.bound import bind
 from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.policy.network import Network
+from slcs2_jax.results import Quiet
 from slcs2_jax.running import driver
 from slcs2_jax.running.batches import Rollouts
 from slcs2_jax.running.evaluator import Evaluator
@@ -132,7 +133,7 @@ class Stop(BaseException):
 
 
 def test_after_an_interruption_it_works_as_before(evaluator, policies, result):
-    class Report:
+    class Report(Quiet):
         def generation(self, **values):
             raise Stop
 

@@ -54,7 +54,7 @@ def test_a_run_that_is_interrupted_anywhere_leaves_the_same_bytes(tmp_path, batc
             slcs2.evolve(again, report=Crasher(call))
         except Crash:
             crashes += 1
-    assert crashes >= 3
+    assert crashes >= 2
     assert results(tmp_path / "again") == results(tmp_path / "once")
     slcs2.evolve(settings(tmp_path / "further", generations=5, batch=batch))
     slcs2.evolve(settings(tmp_path / "further", batch=batch))

@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from slcs2_jax.study.arm import arm_of, arm_title
 
 import slcs2_jax as slcs2
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.looking.solutions import members_of
+from slcs2_jax.results.arm import arm_of, arm_title
 from slcs2_jax.running import driver
 from slcs2_jax.search import BaseSearch, Member, Solution, Verdict
 

@@ -63,23 +63,31 @@ class Flat:
         return jnp.where(outcome.intent.moves, jnp.float32(2), jnp.float32(-1))
 
 
-OWN = Settings(task=Task(name="crowded", reward="flat"), swarm=Swarm(agents=2))
+PARTS = {"task": {"crowded": Crowded}, "reward": {"flat": Flat}}
+
+
+def own_settings():
+    """Settings that name the parts above, which must be registered."""
+    return Settings(task=Task(name="crowded", reward="flat"), swarm=Swarm(agents=2))
 
 
 def test_the_settings_name_it():
     assert task_of(Settings()) == Delivery(Progress())
-    with registered({"task": {"crowded": Crowded}, "reward": {"flat": Flat}}):
-        assert task_of(OWN) == Crowded(Flat())
-        assert hash(task_of(OWN)) == hash(Crowded(Flat()))
+    with registered(PARTS):
+        own = own_settings()
+        assert task_of(own) == Crowded(Flat())
+        assert hash(task_of(own)) == hash(Crowded(Flat()))
     with pytest.raises(InputError, match=r"^task.name=crowded: accepted is one of delivery, or"):
-        task_of(OWN)
+        own_settings()
+    with pytest.raises(InputError, match=r"^task.name=crowded: accepted is one of delivery, or"):
+        task_of(own)
     with pytest.raises(InputError, match=r"^task.reward=flat: accepted is one of progress, or"):
-        task_of(dataclasses.replace(OWN, task=Task(reward="flat")))
+        Task(reward="flat")
 
 
 def test_an_own_task_decides_the_end_and_what_is_measured(make):
-    with registered({"task": {"crowded": Crowded}, "reward": {"flat": Flat}}):
-        parameters = Parameters.of(OWN)
+    with registered(PARTS):
+        parameters = Parameters.of(own_settings())
     arena = make.arena([(40, 0), (9, 0)])
     given = Rules.like(1, 2, parameters.physics.language)
     episode = episodes.begin(arena, given, jnp.zeros(2, jnp.uint32), parameters)

@@ -1,0 +1,110 @@
+"""The documentation tells the truth: its commands and code run, and its tables and figures are those of the runs."""
+
+from __future__ import annotations
+
+import csv
+import re
+import sys
+from dataclasses import fields
+
+import pytest
+import yaml
+
+import slcs2_jax
+from slcs2_jax.config.table import settings_table
+from slcs2_jax.looking.rulebook import rule_lines
+from slcs2_jax.results import load_solution
+from slcs2_jax.search import HistoryRow
+from tests.documentation import PAGES, README, ROOT, blocks, follow
+
+sys.path.append(str(ROOT / "scripts"))
+import docs_pages
+
+DOCS = ROOT / "docs"
+TO_FOLLOW = [page for page in PAGES if any(block.runs for block in blocks(page))]
+
+
+def text(name: str) -> str:
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", TO_FOLLOW, ids=lambda page: page.stem)
+def test_a_reader_who_follows_a_page_gets_through(page, tmp_path, readers_cache):
+    for block in blocks(page):
+        follow(block, tmp_path, readers_cache)
+
+
+def test_blocks_are_of_known_kinds_and_what_is_not_run_says_why():
+    for page in (README, *PAGES):
+        said = page.read_text(encoding="utf-8")
+        assert {block.kind for block in blocks(page)} <= {"bash", "python", "text", "bibtex"}, page
+        assert all(len(why) > 10 for why in re.findall(r"<!-- not run:?(.*?)-->", said)), page
+
+
+def test_every_page_stands_in_the_menu():
+    def paths(entry):
+        if isinstance(entry, str):
+            return [entry]
+        entries = entry.values() if isinstance(entry, dict) else entry
+        return [path for one in entries for path in paths(one)]
+
+    menu = paths(yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"])
+    made = {"reference/api.md", "reference/settings.md"}
+    assert len(set(menu)) == len(menu)
+    assert set(menu) - made == {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
+
+
+def test_the_reference_has_every_public_name():
+    page = docs_pages.api_markdown()
+    for name in slcs2_jax._HOME:
+        assert f"\n::: {docs_pages.defined(name)}\n" in page, name
+
+
+def test_every_assumed_value_has_its_row_with_the_studys_figures():
+    table = docs_pages.assumed_markdown()
+    for row in settings_table():
+        assert table.count(f"\n| `{row.name}` |") == (row.status in ("assumed", "calibrated")), row.name
+    assert "1000: 0.676" in next(line for line in table.splitlines() if "`swarm.packets`" in line)
+    assert docs_pages.ASSUMED in text("model.md")
+
+
+def test_the_table_of_results_is_that_of_the_runs():
+    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", text("results/index.md"), re.M | re.S)
+    assert shown is not None
+    figures = {}
+    for experiment in ("contributions", "designed"):
+        with (DOCS / "results" / "paper" / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["best mean"])
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
+    assert len(rows) == 10
+    for world, *cells in rows:
+        for arm, cell in zip(("SLCS2", "no novelty (AILTA)", "no exchange", "designed"), cells, strict=True):
+            said = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
+            assert said == [round(number, 3) for number in figures[world, arm]][: len(said)], (world, arm)
+
+
+def test_the_rules_in_words_are_those_of_the_solution_that_is_there():
+    solution = load_solution(DOCS / "results" / "paper" / "winner_long_urban_seed_003.npz")
+    [block] = [block.text for block in blocks(DOCS / "howto" / "read_run.md") if "most often" in block.text]
+    shown = re.findall(r"^ *([\d.]+) +([\d.]+) +([\d.]+) +(\d+) +\d+ +\d+  (.*)  \[(.*)\]$", block, re.MULTILINE)
+    lines = [line for line in rule_lines(solution) if line.agent == 7]
+    assert len(shown) == 2
+    for said, line in zip(shown, lines, strict=False):
+        figures = f"{line.quality:.2f}", f"{line.strength:.4f}", f"{line.error:.2f}", str(line.usage)
+        assert said == (*figures, line.rule, line.origin)
+
+
+def test_every_field_of_a_row_is_explained():
+    page = text("howto/read_run.md")
+    table = page[page.index("Fields of a row") :]
+    for field in ("instance", "seed", *(field.name for field in fields(HistoryRow))):
+        assert f"`{field}`" in table, field
+
+
+def test_scripts_and_examples_that_are_named_exist():
+    for page in (README, *PAGES):
+        said = page.read_text(encoding="utf-8")
+        for path in set(re.findall(r"\b((?:scripts|examples)/\w+(?:\.py)?)", said)):
+            assert (ROOT / path).is_file(), (page.name, path)
