@@ -15,6 +15,7 @@ _HOMES = {
         "Compute",
         "InputError",
         "Jammers",
+        "Knowledge",
         "Learning",
         "Radio",
         "Rules",

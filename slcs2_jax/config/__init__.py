@@ -2,6 +2,7 @@
 
 from slcs2_jax.config.errors import InputError, StorageError
 from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.knowledge import Knowledge
 from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
 from slcs2_jax.config.schema import settings_from, settings_to_dict
@@ -13,6 +14,7 @@ __all__ = [
     "Compute",
     "InputError",
     "Jammers",
+    "Knowledge",
     "Learning",
     "Radio",
     "Row",

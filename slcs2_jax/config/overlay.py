@@ -12,7 +12,7 @@ from slcs2_jax.config.settings import Compute, Settings
 from slcs2_jax.config.store import CHOICES, Primary
 
 _OF_THE_SOLUTION = ("swarm.agents", "grammar", "rules.rules")
-_LEFT_OUT = ("search", "checkpoint")  # nothing is searched for, and nothing saved on the way
+_LEFT_OUT = ("search", "knowledge", "checkpoint")  # nothing is searched for, and nothing saved on the way
 
 
 def deployment_primary(
@@ -45,7 +45,9 @@ def deployment_settings(config: Mapping[str, Any], solution: Settings | None) ->
         value, fixed = (getattr(getattr(of, section) if section else of, field.attribute) for of in (given, solution))
         if field.name in _OF_THE_SOLUTION and value != fixed:
             raise refuse(field.name, value, f"{fixed}, as the solution has it")
-    return dataclasses.replace(given, search=solution.search, checkpoint=solution.checkpoint)
+    return dataclasses.replace(
+        given, search=solution.search, knowledge=solution.knowledge, checkpoint=solution.checkpoint
+    )
 
 
 def take(config: Mapping[str, Any], *names: str) -> tuple[dict[str, Any], dict[str, Any]]:

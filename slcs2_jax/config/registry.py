@@ -172,7 +172,11 @@ KINDS: dict[str, Registry] = {
             "search",
             "search.name",
             "proposes solutions and learns from their evaluations",
-            {"slcs2": "slcs2_jax.search.slcs2:Slcs2", "random": "slcs2_jax.search.random:RandomSearch"},
+            {
+                "slcs2": "slcs2_jax.search.slcs2:Slcs2",
+                "random": "slcs2_jax.search.random:RandomSearch",
+                "informed": "slcs2_jax.search.informed:Informed",
+            },
         ),
         Registry(
             "acceptance",
@@ -181,19 +185,26 @@ KINDS: dict[str, Registry] = {
             {
                 "domination": "slcs2_jax.search.collection:Collection",
                 "ailta": "slcs2_jax.search.ailta:Ailta",
+                "best": "slcs2_jax.search.population:Best",
             },
         ),
         Registry(
             "variation",
             "search.variation",
             "makes a new solution from an evaluated one",
-            {"exchange": "slcs2_jax.search.offspring:Exchange"},
+            {
+                "exchange": "slcs2_jax.search.offspring:Exchange",
+                "random": "slcs2_jax.search.fresh:Fresh",
+            },
         ),
         Registry(
             "parent",
             "search.parent",
             "which of the solutions under exploration is varied next",
-            {"fewest": "slcs2_jax.search.parents:FewestExplorations"},
+            {
+                "fewest": "slcs2_jax.search.parents:FewestExplorations",
+                "tournament": "slcs2_jax.search.population:Tournament",
+            },
         ),
     )
 }

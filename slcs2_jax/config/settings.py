@@ -9,6 +9,7 @@ from slcs2_jax.config import plugins
 from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.field import LEAST, Section, setting
 from slcs2_jax.config.jammers import Jammers
+from slcs2_jax.config.knowledge import Knowledge
 from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
 
@@ -99,6 +100,39 @@ class Search(Section):
         low=1,
         high=10**7,
     )
+    starts: int = setting(1, "random solutions before parents are chosen", status="definition", low=1, high=10**6)
+    inherit_quality: bool = setting(
+        False, "do offspring start with the quality that their rules had learnt", status="definition"
+    )
+    racing: bool = setting(
+        False,
+        "deploy a new solution again while it may still be better than the best, in place of while its mean is above 0",
+        status="definition",
+    )
+    race_width: float = setting(
+        1.0, "racing: half width of the interval, in standard errors", reason="untuned", low=0, high=100
+    )
+    population: int = setting(10, "acceptance=best: solutions that are kept", reason="untuned", low=1, high=10**4)
+    tournament: int = setting(
+        2,
+        "search.parent=tournament: solutions that are drawn, of which the fittest wins",
+        reason="untuned",
+        low=1,
+        high=10**4,
+    )
+    finalists: int = setting(
+        4,
+        "informed: solutions in a final, of which half stay in each round; a power of two",
+        reason="untuned",
+        low=2,
+        high=64,
+    )
+    final_deployments: int = setting(
+        6, "informed: deployments of each finalist in each round", reason="untuned", low=1, high=1000
+    )
+    final_every: int = setting(
+        20, "informed: generations from final to final, its own included", reason="untuned", low=3, high=10**7
+    )
     fresh_deployments: int = setting(
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
     )
@@ -106,6 +140,24 @@ class Search(Section):
     def cross_check(self) -> None:
         if self.generations % self.batch:  # else a run that goes further would not be as one that went so far at once
             raise refuse("generations", self.generations, f"a multiple of search.batch={self.batch}")
+        if self.name == "informed":
+            self._check_finals()
+
+    def _check_finals(self) -> None:
+        if self.finalists & (self.finalists - 1):
+            raise refuse("search.finalists", self.finalists, "a power of two")
+        if self.finalists > self.population:
+            raise refuse("search.finalists", self.finalists, f"at most search.population={self.population}")
+        rounds = 2 * self.finalists - 2
+        if self.final_every < rounds + self.finalists:
+            raise refuse(
+                "search.final_every",
+                self.final_every,
+                f"at least {rounds + self.finalists}: a final of "
+                f"search.finalists={self.finalists} takes {rounds} generations, and needs as many to choose from",
+            )
+        if self.generations % self.final_every:
+            raise refuse("generations", self.generations, f"a multiple of search.final_every={self.final_every}")
 
 
 @dataclass(frozen=True)
@@ -170,6 +222,7 @@ class Settings(Section):
     rules: Rules = field(default_factory=Rules)
     task: Task = field(default_factory=Task)
     search: Search = field(default_factory=Search)
+    knowledge: Knowledge = field(default_factory=Knowledge)
     compute: Compute = field(default_factory=Compute)
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
@@ -207,6 +260,7 @@ SECTIONS: dict[str, type[Section]] = {
     "rules": Rules,
     "task": Task,
     "search": Search,
+    "knowledge": Knowledge,
     "compute": Compute,
     "checkpoint": Checkpoint,
 }

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slcs2_jax.looking.recording import NOBODY, Recording
 from slcs2_jax.results import SavedSolution
+from slcs2_jax.results.saved import reflex_mark
 
 INITIAL, RANDOM, COPIED = range(3)  # kinds of origin, as saved solutions have them
 
@@ -19,7 +20,7 @@ INITIAL, RANDOM, COPIED = range(3)  # kinds of origin, as saved solutions have t
 @dataclass(frozen=True, kw_only=True)
 class RuleLine:
     """One rule of one agent. `matched` and `chosen`: steps of a replay in which its condition held, and in which it was
-    the one drawn; None without a replay."""
+    the one drawn or the reflex; None without a replay. The text of a reflex begins with `reflex: `."""
 
     agent: int
     index: int
@@ -74,7 +75,7 @@ def rule_lines(solution: SavedSolution, recording: Recording | None = None, sort
                 RuleLine(
                     agent=agent,
                     index=index,
-                    rule=solution.rules.text(agent, index),
+                    rule=reflex_mark(solution.rules, agent, index) + solution.rules.text(agent, index),
                     quality=float(solution.quality[place]),
                     strength=float(solution.strength[place]),
                     error=float(solution.error[place]),

@@ -37,6 +37,7 @@ DESIGNED = "designed"
 
 _TITLES = {
     PLAIN: "SLCS2",
+    "informed": "informed search",
     "random": "random search",
     "ailta": "no novelty (AILTA)",
     "no_exchange": "no exchange",
@@ -48,6 +49,7 @@ _TITLES = {
 # The settings that tell arms apart, and those that tell worlds apart.
 ALGORITHM = (
     "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
+    "search.racing", "search.inherit_quality", "knowledge.mode",
 )  # fmt: skip
 WORLD = ("environment", "range")
 _AT = " at "  # between an arm and the settings in which it differs from the rest of its study
@@ -72,11 +74,18 @@ def arm_of(settings: Settings, policy: str | None = None) -> str:
         return Path(policy).stem
     search = settings.search
     parts = [] if search.name == PLAIN else [search.name]
-    parts += [part for part, usual in ((search.parent, "fewest"), (search.variation, "exchange")) if part != usual]
+    informed = search.name == "informed"
+    parents = "tournament" if informed else "fewest"
+    parts += [part for part, usual in ((search.parent, parents), (search.variation, "exchange")) if part != usual]
     if search.homogeneous:
         parts.append("homogeneous")
-    if search.acceptance != "domination":
+    if search.acceptance != ("best" if informed else "domination"):
         parts.append(search.acceptance)
+    for name in ("racing", "inherit_quality"):
+        if getattr(search, name) != informed:
+            parts.append(f"no_{name}" if informed else name)
+    if settings.knowledge.mode != ("reflex" if informed else "none"):
+        parts.append(f"{settings.knowledge.mode}_knowledge".replace("none", "no"))
     if not search.exchange:
         parts.append("no_exchange")
     if settings.rules.grammar != "main":

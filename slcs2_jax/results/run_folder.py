@@ -52,7 +52,7 @@ GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
 )
 # Before config.yaml a folder holds no run: these may be left of one that was killed while it started.
 _STARTED = (CONFIG, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY)
-CHECKPOINT_FORMAT = "slcs2_jax checkpoint 2"
+CHECKPOINT_FORMAT = "slcs2_jax checkpoint 3"
 SUMMARY_VERSION = TIMING_VERSION = 1
 
 

@@ -41,6 +41,7 @@ _ABOUT: dict[str, type] = {
     "settings": dict,
     "rules": list,
 }
+_EXTRAS = {"reflex": np.bool_, "initial_quality": np.float32}  # of rules, in the file if the rules have them
 _MOST_AGENTS, _MOST_RULES = 64, 1000
 SOLUTIONS = "solutions"  # the folder of them in that of a run, which is no link
 # Bytes of a rule's figures; and of the texts of 64 000 rules, each another one, of some 25 clauses
@@ -52,7 +53,7 @@ class SavedSolution:
     """One solution with its means over the deployments that evaluated it.
 
     Attributes:
-        rules: of n agents with R rules each.
+        rules: of n agents with R rules each, with their reflexes and the quality they begin with if they have any.
         quality, strength, error: float32[n, R], q, zeta, epsilon at the end.
         usage: int32[n, R], tau.
         contribution: float32[n], delivered packets that the agent had held.
@@ -132,6 +133,7 @@ class SavedSolution:
         }
         arrays = {name: getattr(self, name) for name in _OTHER}
         about["rules"], arrays["rule"] = _in_words(self.rules)
+        arrays |= {name: array for name, array in _extras_of(self.rules).items() if array is not None}
         write_archive(path, FORMAT, arrays, about, inside=inside)
 
     def text(self) -> str:
@@ -146,13 +148,23 @@ class SavedSolution:
             for rule in np.argsort(-self.strength[agent], kind="stable"):
                 q, zeta, eps = (array[agent, rule] for array in (self.quality, self.strength, self.error))
                 tau = self.usage[agent, rule]
-                text = _rule_text(self.rules, agent, rule)
+                text = reflex_mark(self.rules, agent, int(rule)) + _rule_text(self.rules, agent, rule)
                 lines.append(f"{q:9.3f} {zeta:9.4f} {eps:9.3f} {tau:7d}  {text}")
         return "\n".join(lines) + "\n"
 
     def save_text(self, path: Path, *, inside: Path | None = None) -> None:
         """Write `text()` whole or not at all."""
         write_text(path, self.text(), inside=inside)
+
+
+def reflex_mark(rules: RuleSets, agent: int, rule: int) -> str:
+    """What stands before a rule's text: `reflex: ` if it acts before any choice."""
+    return "reflex: " if rules.reflex is not None and rules.reflex[agent, rule] else ""
+
+
+def _extras_of(rules: RuleSets) -> dict[str, Any]:
+    """Reflexes and initial quality by their names in the file; None where there are none."""
+    return {"reflex": rules.reflex, "initial_quality": rules.quality}
 
 
 def _rule_text(rules: RuleSets, agent: int, rule: int) -> str:
@@ -173,7 +185,9 @@ def _in_words(rules: RuleSets) -> tuple[list[str], NDArray[np.int32]]:
     return list(places), np.array(which, np.int32).reshape(rules.action.shape)
 
 
-def _from_words(texts: list[Any], which: NDArray[np.int32], channels: tuple[int, ...]) -> RuleSets:
+def _from_words(
+    texts: list[Any], which: NDArray[np.int32], channels: tuple[int, ...], extras: dict[str, Any]
+) -> RuleSets:
     """The rules that `_in_words` was given, by the numbers that clauses and actions have now. Raises InputError."""
     vocabulary = Vocabulary.current(channels)
     if len(texts) > which.size or not all(isinstance(text, str) for text in texts):
@@ -182,7 +196,8 @@ def _from_words(texts: list[Any], which: NDArray[np.int32], channels: tuple[int,
         raise InputError("its rules are not those of a solution")
     known = [parse_rule_text(text, vocabulary) for text in texts]
     mask, action = np.array([rule.mask() for rule in known]), np.array([rule.action for rule in known], np.uint8)
-    return RuleSets(mask[which], action[which], vocabulary)
+    begun = {"reflex": extras.get("reflex"), "quality": extras.get("initial_quality")}
+    return RuleSets(mask[which], action[which], vocabulary, **begun)
 
 
 def load_solution(path: str | Path) -> SavedSolution:
@@ -214,7 +229,8 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
         )
     expected: dict[str, Any] = {name: (dtype, shape) for name, dtype in (_PER_RULE | _RULE).items()}
     expected["contribution"] = np.float32, shape[:1]
-    check_arrays(entries, expected)
+    extras = {name: entries[name] for name in _EXTRAS if name in entries}
+    check_arrays(entries, expected | {name: (_EXTRAS[name], shape) for name in extras})
     with_plugins = {plugins.SETTING: about.pop(plugins.SETTING)} if plugins.SETTING in about else {}
     if set(about) != set(_ABOUT):
         raise InputError("its description is not that of a solution")
@@ -227,5 +243,5 @@ def _from_entries(entries: dict[str, NDArray[Any]], about: dict[str, Any]) -> Sa
     if (settings.swarm.agents, settings.rules.rules) != shape:
         raise InputError(f"{list(shape)} agents and rules, its settings say otherwise")
     arrays: dict[str, Any] = {name: entries[name] for name in _OTHER}
-    rules = _from_words(about.pop("rules"), entries["rule"], settings.radio.channels)
+    rules = _from_words(about.pop("rules"), entries["rule"], settings.radio.channels, extras)
     return SavedSolution(rules=rules, settings=settings, **arrays, **about)

@@ -24,7 +24,8 @@ def slot_bytes(settings: Settings) -> int:
 
 def search_bytes(settings: Settings) -> int:
     """Of all instances' searches on the host: the members of their collections with what they learnt."""
-    members = 3 + min(settings.search.generations, MEMBERS)
+    most = settings.search.population if settings.search.acceptance == "best" else MEMBERS
+    members = 3 + min(settings.search.generations, most)
     size = 80 * settings.swarm.agents * settings.rules.rules
     return settings.instances * (_BLOCK + size * members + 40 * _walls(settings))
 

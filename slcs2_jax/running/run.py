@@ -16,7 +16,7 @@ from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.progress import counted
-from slcs2_jax.results.reading import read_timing
+from slcs2_jax.results.reading import look, read_timing
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.deployable import of_grammar
 from slcs2_jax.running.instance import Instance
@@ -24,6 +24,7 @@ from slcs2_jax.running.solutions import as_saved
 from slcs2_jax.running.task import Site
 from slcs2_jax.running.usage import Usage
 from slcs2_jax.search.history import HistoryRow
+from slcs2_jax.search.knowledge import Knowledge
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.packing import part_of
 from slcs2_jax.search.problem import Problem
@@ -166,6 +167,12 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
     return run
 
 
+def check_knowledge(settings: Settings) -> None:
+    """Refuse a list of knowledge that cannot be used, before anything is made of the run. InputError."""
+    if settings.knowledge.mode != "none" and (settings.run_dir is None or look(settings)[0] is None):
+        Knowledge.of(settings, Grammar.of(settings))
+
+
 def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
     """Refuse to go on with another text than the run was started with. If the file is gone, the folder has it."""
     try:
@@ -181,6 +188,7 @@ def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
 
 def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, make: MakeSearch) -> list[Instance]:
     instances = []
+    knowledge = Knowledge.of(settings, grammar)
     for number in counted(range(settings.instances), "worlds made:"):
         scenario = make_scenario(settings, settings.seed + number)
         problem = Problem(
@@ -190,6 +198,8 @@ def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, m
             seed=scenario.seed,
             source=partial(_draw_rules, grammar, settings.rules.codons),
             vocabulary=grammar.vocabulary,
+            knowledge=knowledge,
+            initial_quality=settings.learning.initial_quality,
         )
         site = Site.of(scenario, settings)
         record = partial(_record, folder, number, scenario.seed)

@@ -9,11 +9,12 @@ from typing import Any
 from slcs2_jax.config import InputError
 from slcs2_jax.search.evaluation import Evaluation
 from slcs2_jax.search.member import Member
+from slcs2_jax.search.noise import Noise
 from slcs2_jax.search.parts import Verdict
 from slcs2_jax.search.problem import Problem
 from slcs2_jax.search.protocol import SearchState
 from slcs2_jax.search.solution import Solution
-from slcs2_jax.search.trial import Trial
+from slcs2_jax.search.trial import Race, Trial
 
 
 class BaseSearch(ABC):
@@ -29,6 +30,7 @@ class BaseSearch(ABC):
         self.supply, self.rng = problem.supply(), problem.rng()
         self.generation = 0  # solutions told
         self.episodes = 0  # deployments that counted
+        self.noise = Noise()  # of deployments of one solution
         self._asked: list[Solution] = []
         self._best: Member | None = None
 
@@ -79,12 +81,14 @@ class BaseSearch(ABC):
         return list(self._asked)
 
     def trial(self, solution: Solution) -> Trial:
-        """An empty evaluation: re-deployed while the mean fitness is above 0 (paper, Evaluation and Re-Evaluation)."""
-        return Trial(
-            min_deployments=self.settings.min_deployments,
-            max_redeployments=self.settings.max_redeployments,
-            name=self._name(solution.generation),
-        )
+        """An empty evaluation: re-deployed while the mean fitness is above 0 (paper, Evaluation and Re-Evaluation), or
+        with `search.racing` while it may be above that of the best."""
+        settings, name = self.settings, self._name(solution.generation)
+        limits = {"min_deployments": settings.min_deployments, "max_redeployments": settings.max_redeployments}
+        if not settings.racing:
+            return Trial(**limits, name=name)
+        rival = float("-inf") if self._best is None else self._best.fitness
+        return Race(rival=rival, margin=settings.race_width * self.noise.deviation, **limits, name=name)
 
     def tell(self, solutions: Sequence[Solution], evaluations: Sequence[Evaluation]) -> list[Verdict]:
         """See `Search.tell`. Raises InputError if these were not asked for, or on NaN; nothing is changed then."""
@@ -100,6 +104,7 @@ class BaseSearch(ABC):
 
     def _take(self, newcomer: Member) -> Verdict:
         verdict = self.consider(newcomer)
+        self.noise.add(newcomer.evaluation.fitnesses)
         if self._best is None or newcomer.fitness > self._best.fitness:
             self._best = newcomer
         self.generation += 1
@@ -108,6 +113,10 @@ class BaseSearch(ABC):
 
     def _name(self, generation: int) -> str:
         return f"run with seed {self.problem.seed}, generation {generation}"
+
+    def _knowledge_ids(self) -> list[int]:
+        knowledge = self.problem.knowledge
+        return [] if knowledge is None else knowledge.rules.ids().ravel().tolist()
 
     def state(self) -> SearchState:
         """See `Search.state`."""
@@ -122,20 +131,25 @@ class BaseSearch(ABC):
                 "episodes": self.episodes,
                 "rng": self.rng.bit_generator.state,
                 "supply": self.supply.state(),
+                "noise": self.noise.state(),
+                "knowledge": self._knowledge_ids(),
                 "kept": self.remember(),
             },
         )
 
     def restore(self, state: SearchState) -> None:
-        """See `Search.restore`. Raises InputError if the state is of other sizes or another seed."""
+        """See `Search.restore`. Raises InputError if the state is of other sizes another seed or other knowledge."""
         meta, mine = state.meta, (list(self.problem.shape), self.problem.seed)
         if mine != (list(meta["shape"]), meta["seed"]):
             raise InputError(
                 f"search: the state is that of a run of {meta['shape']} agents and rules with seed {meta['seed']}; "
                 f"accepted is {mine[0]} with seed {mine[1]}"
             )
+        if meta["knowledge"] != self._knowledge_ids():
+            raise InputError("knowledge.rules: is not the list that the run was begun with; accepted is that one")
         self.generation, self.episodes = state.generation, int(meta["episodes"])
         self._best, self._asked = state.best, list(state.asked)
         self.rng.bit_generator.state = meta["rng"]
         self.supply.restore(meta["supply"])
+        self.noise.restore(meta["noise"])
         self.recall(state.members, meta["kept"])

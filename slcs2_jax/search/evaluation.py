@@ -95,3 +95,24 @@ def mean_of(deployments: Sequence[Deployment]) -> Evaluation:
         contribution_sum=np.stack([one.contribution for one in deployments]).sum(axis=0, dtype=np.int64),
         figures=Figures.mean_of(figures),
     )
+
+
+def together(one: Evaluation, other: Evaluation) -> Evaluation:
+    """Two evaluations of one solution as a single one; the deployments of the first come first."""
+    first, second = one.deployments, other.deployments
+    count = first + second
+
+    def mean(a: Any, b: Any) -> Any:
+        return (a * first + b * second) / count
+
+    arrays = {
+        name: mean(array.astype(np.float64), other.figures.arrays()[name].astype(np.float64)).astype(np.float32)
+        for name, array in one.figures.arrays().items()
+    }
+    return Evaluation(
+        fitnesses=one.fitnesses + other.fitnesses,
+        delivered=mean(one.delivered, other.delivered),
+        steps=mean(one.steps, other.steps),
+        contribution_sum=one.contribution_sum + other.contribution_sum,
+        figures=Figures(**arrays),
+    )

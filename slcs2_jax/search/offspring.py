@@ -4,7 +4,8 @@
   varpi     of its own rules, lowest error first (used before unused, then by index),
   varsigma  rules of one donor, greatest strength first (then by index),
   the rest  new random rules,
-and every other rule-set is passed on as it is.
+and every other rule-set is passed on as it is. Where the designer's rules stand in the first K places, all of this is
+about the R - K behind them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slcs2_jax.search.evaluation import Evaluation
+from slcs2_jax.search.inheritance import learnt_quality, with_fresh
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.problem import Problem
 from slcs2_jax.search.solution import ORIGIN, Origin, Solution
@@ -85,6 +87,8 @@ class Exchange:
 
     def __init__(self, problem: Problem) -> None:
         self._varrho, self._exchange = problem.settings.varrho, problem.settings.exchange
+        self._places, self._initial = problem.places, problem.initial_quality
+        self._inherit = problem.settings.inherit_quality
 
     def __call__(
         self,
@@ -107,6 +111,8 @@ class Exchange:
             exchange=self._exchange,
             supply=supply,
             rng=rng,
+            places=self._places,
+            initial_quality=self._initial if self._inherit else None,
         )
 
 
@@ -120,37 +126,57 @@ def offspring(
     exchange: bool,
     supply: RuleSupply,
     rng: np.random.Generator,
+    places: int = 0,
+    initial_quality: float | None = None,
 ) -> Solution:
     """The child of `parent`, born in `generation`; `explorations` = phi of the parent before this attempt.
 
-    Without `exchange` nothing is copied (varsigma = 0); reflexes and initial quality are not passed on. `rng` draws
-    donors and shares, `supply` gives the new rules.
+    Without `exchange` nothing is copied (varsigma = 0). `rng` draws donors and shares, `supply` gives the new rules.
+    The first `places` rules of every rule-set stay, with their reflexes. With `initial_quality`, that of rules that
+    inherited none, the child inherits what was learnt (`inheritance`); otherwise it has no quality of its own.
     """
-    agents, rules = parent.shape
-    figures = evaluation.figures
+    rules = parent.shape[1] - places
     receivers = np.flatnonzero(low_quality(evaluation.contribution_sum))
     kept = kept_count(rules, evaluation.fitness, explorations, varrho)
     donors, copied = receivers, np.zeros(receivers.size, np.int64)
     if exchange:
         donors, copied = draw_exchange(evaluation.contribution_sum, receivers, rules - kept, rng)
+    from_agent, from_rule, is_copied, is_new = _sources(evaluation, receivers, donors, copied, kept, places)
 
-    # Where each rule of the child comes from: agent and rule of the parent, [n, R].
-    from_agent = np.repeat(np.arange(agents), rules).reshape(agents, rules)
-    from_rule = np.tile(np.arange(rules), (agents, 1))
-    from_rule[receivers, :kept] = lowest_error(figures.error[receivers], evaluation.used[receivers])[:, :kept]
-    taken = np.arange(rules - kept) < copied[:, None]  # [L, R - varpi]
-    best = greatest_strength(figures.strength[donors])[:, : rules - kept]
-    is_copied, is_new = np.zeros((2, agents, rules), bool)
-    is_copied[receivers, kept:] = taken
-    is_new[receivers, kept:] = ~taken
-    from_agent[is_copied] = np.repeat(donors, copied)
-    from_rule[is_copied] = best[taken]
-
-    arrays = {name: parent.arrays()[name][from_agent, from_rule] for name in ("mask", "action", *ORIGIN)}
+    given = parent.arrays()
+    names = ("mask", "action", *ORIGIN, *(["reflex"] if "reflex" in given else []))
+    arrays = {name: given[name][from_agent, from_rule] for name in names}
+    if "reflex" in arrays:
+        arrays["reflex"][:, places:] = False
     for name, array in supply.take(int(is_new.sum())).items():
         arrays[name][is_new] = array
+    if initial_quality is not None:
+        learnt = learnt_quality(parent.rules, evaluation, initial_quality)
+        arrays["quality"] = with_fresh(learnt[from_agent, from_rule], is_new, learnt)
     arrays["origin_kind"][is_copied], arrays["origin_kind"][is_new] = Origin.COPIED, Origin.RANDOM
     arrays["origin_generation"][is_copied | is_new] = generation
     arrays["origin_agent"][is_copied], arrays["origin_agent"][is_new] = from_agent[is_copied], -1
     child = {"generation": generation, "parent": parent.generation}
     return Solution.of(arrays | child, parent.rules.vocabulary)
+
+
+def _sources(
+    evaluation: Evaluation, receivers: np.ndarray, donors: np.ndarray, copied: np.ndarray, kept: int, places: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where each rule of the child comes from: agent and rule of the parent, int[n, R] (of a new rule they mean
+    nothing); which are copied, and which are new, bool[n, R]."""
+    figures = evaluation.figures
+    agents, rules = figures.shape
+    first = places + kept
+    from_agent = np.repeat(np.arange(agents), rules).reshape(agents, rules)
+    from_rule = np.tile(np.arange(rules), (agents, 1))
+    error, used = figures.error[receivers, places:], evaluation.used[receivers, places:]
+    from_rule[receivers, places:first] = places + lowest_error(error, used)[:, :kept]
+    taken = np.arange(rules - first) < copied[:, None]  # [L, R - K - varpi]
+    best = places + greatest_strength(figures.strength[donors, places:])[:, : rules - first]
+    is_copied, is_new = np.zeros((2, agents, rules), bool)
+    is_copied[receivers, first:] = taken
+    is_new[receivers, first:] = ~taken
+    from_agent[is_copied] = np.repeat(donors, copied)
+    from_rule[is_copied] = best[taken]
+    return from_agent, from_rule, is_copied, is_new

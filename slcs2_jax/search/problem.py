@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ from slcs2_jax.config.arguments import whole
 from slcs2_jax.grammar.vocabulary import PAPER, Vocabulary
 from slcs2_jax.search.homogeneous import for_all
 from slcs2_jax.search.keys import PURPOSE_RULES, PURPOSE_SEARCH, seed_sequence
+from slcs2_jax.search.knowledge import Knowledge
 from slcs2_jax.search.solution import Solution, random_rules
 from slcs2_jax.search.supply import RuleSource, RuleSupply
 
@@ -32,6 +33,8 @@ class Problem:
         agents, rules: n and R, of every solution.
         seed: of the instance; all that a search draws follows from it.
         vocabulary: what the numbers of clauses and actions mean.
+        knowledge: the designer's rules in the first places of every rule-set; None for none.
+        initial_quality: `learning.initial_quality`, of rules that inherit none.
         source: source(count, rng) draws random rules of the grammar, masks uint32[count, W] and actions uint8[count].
     """
 
@@ -41,6 +44,8 @@ class Problem:
     seed: int
     source: RuleSource
     vocabulary: Vocabulary = PAPER
+    knowledge: Knowledge | None = None
+    initial_quality: float = 0.0
 
     def __post_init__(self) -> None:
         limits = {"agents": (1, MOST_AGENTS), "rules": (1, MOST_RULES), "seed": (0, 2**64 - 1)}
@@ -52,6 +57,11 @@ class Problem:
         """Agents and rules."""
         return self.agents, self.rules
 
+    @property
+    def places(self) -> int:
+        """K, first places of every rule-set that knowledge has; 0 without."""
+        return 0 if self.knowledge is None else self.knowledge.count
+
     def supply(self) -> RuleSupply:
         """Random rules from their start; the same ones each time."""
         return RuleSupply(self.source, seed_sequence(self.seed, PURPOSE_RULES))
@@ -61,9 +71,14 @@ class Problem:
         return np.random.Generator(np.random.PCG64(seed_sequence(self.seed, PURPOSE_SEARCH)))
 
     def random_solution(self, supply: RuleSupply, generation: int) -> Solution:
-        """Random rules for every agent; of a homogeneous swarm one random rule-set for all."""
+        """Random rules for every agent behind those of knowledge; of a homogeneous swarm one rule-set for all."""
         homogeneous = self.settings.homogeneous
         drawn = random_rules(1 if homogeneous else self.agents, self.rules, supply, self.vocabulary)
+        if self.knowledge is not None:
+            drawn = self.knowledge.placed(drawn, generation)
+        if self.settings.inherit_quality:
+            quality = np.full(drawn.action.shape, self.initial_quality, np.float32)
+            drawn = replace(drawn, quality=quality)
         solution = Solution.made(drawn, generation=generation)
         return for_all(solution, self.agents) if homogeneous else solution
 
@@ -78,3 +93,8 @@ class Problem:
             raise InputError(f"{label} says that it is that of {solution.generation}; accepted are numbers in order")
         if self.settings.homogeneous and not solution.homogeneous:
             raise InputError(f"{label} has different rule-sets; accepted is one for all (search.homogeneous=true)")
+        if self.knowledge is not None and not self.knowledge.stands_in(solution.rules):
+            raise InputError(f"{label} lacks rules of knowledge.rules; accepted has them first, and no other reflexes")
+        if self.settings.inherit_quality != (solution.rules.quality is not None):
+            lacks = "has no" if self.settings.inherit_quality else "has"
+            raise InputError(f"{label} {lacks} initial quality; accepted is as search.inherit_quality says")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from slcs2_jax.config import InputError
@@ -18,6 +19,23 @@ def counted(fitnesses: Sequence[float], *, min_deployments: int, max_redeploymen
     for count, fitness in enumerate(fitnesses, start=1):
         total += fitness
         if count >= min_deployments and (total <= 0 or count > max_redeployments):
+            return count
+    return None
+
+
+def raced(
+    fitnesses: Sequence[float], *, min_deployments: int, max_redeployments: int, rival: float, margin: float
+) -> int | None:
+    """How many of the first deployments of a race count, None if more are needed.
+
+    Deployments go on while fewer than `min_deployments` were made, or fewer than `max_redeployments` re-deployments and
+    the mean may still be above `rival`: mean + margin / sqrt(deployments) > rival.
+    """
+    total = 0.0
+    for count, fitness in enumerate(fitnesses, start=1):
+        total += fitness
+        lost = total / count + margin / math.sqrt(count) <= rival
+        if count >= min_deployments and (lost or count > max_redeployments):
             return count
     return None
 
@@ -81,3 +99,24 @@ class Trial:
         if count is None:
             raise InputError(f"{self._name}: deployments {self.wanted()} are still wanted")
         return mean_of([self._held[index] for index in range(count)])
+
+
+class Race(Trial):
+    """An evaluation that ends when the solution can hardly be better than its rival: see `raced`."""
+
+    def __init__(
+        self, *, rival: float, margin: float, min_deployments: int = 1, max_redeployments: int = 5, name: str
+    ) -> None:
+        """`rival`: mean fitness of the best so far, -inf for none; `margin`: half width of the interval at one
+        deployment, in fitness. Both are fixed when the race begins, so that it can be begun again alike."""
+        super().__init__(min_deployments=min_deployments, max_redeployments=max_redeployments, name=name)
+        self._rival, self._margin = rival, margin
+
+    def _count(self) -> int | None:
+        return raced(
+            [one.fitness for one in self._prefix()],
+            min_deployments=self._min,
+            max_redeployments=self._max_re,
+            rival=self._rival,
+            margin=self._margin,
+        )

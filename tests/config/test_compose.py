@@ -101,7 +101,7 @@ def test_another_launcher_gets_one_job_at_a_time():
         (["+radio.power_dbm=3"], "+radio.power_dbm=3: accepted is radio.power_dbm=VALUE, without the +"),
         (["+environment=open"], "+environment=open: accepted is environment=OPTION, without the +"),
         (["hydra.sweeper.max_batch_sise=3"], "max_batch_sise"),
-        (["search=annealing"], "search.name=annealing: accepted is one of slcs2, random"),
+        (["search=annealing"], "search.name=annealing: accepted is one of slcs2, random, informed"),
         (["plugins=[nowhere_at_all.x!]"], "accepted is"),
     ],
 )

@@ -65,8 +65,8 @@ def test_defaults_are_the_specifications():
         (lambda: Learning(bp_max=25), "learning.bp_max=25: accepted is a whole number from 0 to 24"),
         (lambda: Search(generations=0), "generations=0: accepted is a whole number from 1 to 10000000"),
         (
-            lambda: Search(acceptance="best"),
-            "acceptance=best: accepted is one of domination, ailta, or a name that plugins= brings",
+            lambda: Search(acceptance="novel"),
+            "acceptance=novel: accepted is one of domination, ailta, best, or a name that plugins= brings",
         ),
         (lambda: Search(exchange="maybe"), "exchange=maybe: accepted is true or false"),
         (lambda: Compute(devices=0), "compute.devices=0: accepted is a whole number from 1 to 1024 or null"),

@@ -1,5 +1,6 @@
 """Saved solutions: the same comes back, and no damaged or foreign file is believed."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -162,3 +163,32 @@ def test_values_that_cannot_be_are_not_saved(solution):
         dataclasses.replace(solution, quality=solution.quality * np.nan)
     with pytest.raises(InputError, match="fitness=nan"):
         dataclasses.replace(solution, fitness=float("nan"))
+
+
+def test_reflexes_and_the_quality_that_rules_begin_with_come_back(solution, tmp_path):
+    reflex = np.arange(AGENTS * RULES).reshape(AGENTS, RULES) % 4 == 0
+    begun = np.linspace(-1, 3, AGENTS * RULES, dtype=np.float32).reshape(AGENTS, RULES)
+    plain = solution.rules
+    flagged = dataclasses.replace(solution, rules=RuleSets(plain.mask, plain.action, plain.vocabulary, reflex, begun))
+    flagged.save(tmp_path / "flagged.npz")
+    again = load_solution(tmp_path / "flagged.npz")
+    np.testing.assert_array_equal(again.rules.reflex, reflex)
+    np.testing.assert_array_equal(again.rules.quality, begun)
+    np.testing.assert_array_equal(again.quality, solution.quality)
+    assert again.text().count("reflex: ") == reflex.sum()
+    rule = plain.text(0, 4)
+    assert f"reflex: {rule}" in again.text()
+    solution.save(tmp_path / "plain.npz")
+    plain = load_solution(tmp_path / "plain.npz")
+    assert plain.rules.reflex is None
+    assert plain.rules.quality is None
+    assert "reflex" not in plain.text()
+
+
+@pytest.mark.parametrize("name", ["reflex", "initial_quality"])
+def test_flags_and_qualities_of_another_kind_are_refused(solution, tmp_path, name, monkeypatch):
+    values = {"reflex": np.zeros((AGENTS, RULES), np.uint8), "initial_quality": np.zeros((AGENTS, 1), np.float32)}
+    monkeypatch.setattr("slcs2_jax.results.saved._extras_of", lambda rules: {name: values[name]})
+    solution.save(tmp_path / "odd.npz")
+    with pytest.raises(InputError, match=f"{name} is .*; accepted is"):
+        load_solution(tmp_path / "odd.npz")

@@ -197,8 +197,8 @@ def test_every_setting_of_the_search_is_heeded(make):
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
-        ({"name": "hill"}, "search.name=hill: accepted is one of slcs2, random"),
-        ({"acceptance": "best"}, "acceptance=best: accepted is one of domination, ailta"),
+        ({"name": "hill"}, "search.name=hill: accepted is one of slcs2, random, informed"),
+        ({"acceptance": "novel"}, "acceptance=novel: accepted is one of domination, ailta"),
         ({"parent": "oldest"}, "search.parent=oldest: accepted is one of fewest"),
         ({"variation": "none"}, "search.variation=none: accepted is one of exchange"),
     ],

@@ -1,0 +1,99 @@
+"""This project's own search: the paper's with finals, made to go with the parts in conf/search/informed.yaml.
+
+From final to final it is `Slcs2`. Deployments of a final count for the solution that was deployed again: fitness and
+what was learnt are means over all of its deployments, and parents are chosen by them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slcs2_jax.config import InputError
+from slcs2_jax.search.evaluation import together
+from slcs2_jax.search.final import Schedule
+from slcs2_jax.search.member import Member
+from slcs2_jax.search.parts import Verdict
+from slcs2_jax.search.problem import Problem
+from slcs2_jax.search.slcs2 import Slcs2
+from slcs2_jax.search.solution import Solution
+from slcs2_jax.search.trial import Trial
+
+
+class Informed(Slcs2):
+    """Evolution with knowledge, and deployments where they decide.
+
+    The best is the solution, of those held and the former best, whose mean less a standard error is greatest, by the
+    noise measured so far: what a few lucky deployments say counts less than what many say.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem)
+        self._schedule = Schedule(self.settings.finalists, self.settings.final_every)
+        self._round: list[int] = []  # generations of the solutions in the final's present round, the fittest first
+
+    def ask(self, count: int = 1) -> list[Solution]:
+        """See `Search.ask`: not beyond a round of a final, since the next one depends on it."""
+        if not self._asked and not self.finished:
+            count = min(max(1, count), self._schedule.stop(self.generation) - self.generation)
+        return super().ask(count)
+
+    def propose(self, generation: int) -> Solution:
+        """As `Slcs2`, or in a final one of the finalists again."""
+        turn = self._schedule.turn(generation)
+        if turn is None:
+            return super().propose(generation)
+        left, place = turn
+        members = {member.generation: member for member in self.members}
+        if place == 0:
+            known = [members[one] for one in self._round] if self._round else self.members
+            ranked = sorted(known, key=lambda member: (-member.fitness, member.generation))
+            self._round = [member.generation for member in ranked[:left]]
+        again = members[self._round[place % len(self._round)]].solution  # fewer are held than there are places
+        return Solution.of(
+            again.values() | {"generation": generation, "parent": again.generation}, again.rules.vocabulary
+        )
+
+    def trial(self, solution: Solution) -> Trial:
+        """In a final, `search.final_deployments` for each finalist."""
+        if self._schedule.turn(solution.generation) is None:
+            return super().trial(solution)
+        count = self.settings.final_deployments
+        name = self._name(solution.generation)
+        return Trial(min_deployments=count, max_redeployments=count - 1, name=name)
+
+    def consider(self, newcomer: Member) -> Verdict:
+        """A final's deployments join those of the solution that was deployed again."""
+        if self._schedule.turn(newcomer.generation) is None:
+            return super().consider(newcomer)
+        members, deployed = self.members, newcomer.solution.parent
+        for place, member in enumerate(members):
+            if member.generation == deployed:
+                evaluation = together(member.evaluation, newcomer.evaluation)
+                members[place] = Member(member.solution, evaluation, member.explorations)
+        self._acceptance.restore(members, self._acceptance.state())
+        if (newcomer.generation + 1) % self.settings.final_every == 0:
+            self._round = []
+        return Verdict(accepted=True, size=len(members))
+
+    def _take(self, newcomer: Member) -> Verdict:
+        former = self._best
+        verdict = super()._take(newcomer)
+        held = self.members
+        if former is not None and all(member.generation != former.generation for member in held):
+            held.append(former)
+        self._best = max(held, key=lambda member: (self._surely(member), -member.generation))
+        return verdict
+
+    def _surely(self, member: Member) -> float:
+        return member.fitness - self.noise.error(member.evaluation.deployments)
+
+    def remember(self) -> dict[str, Any]:
+        """The round of a final, too."""
+        return super().remember() | {"round": list(self._round)}
+
+    def recall(self, members: list[Member], kept: dict[str, Any]) -> None:
+        """What `remember` gave. Raises InputError if a finalist is not among the members."""
+        super().recall(members, kept)
+        self._round = [int(one) for one in kept["round"]]
+        if not {*self._round} <= {member.generation for member in members}:
+            raise InputError("search: a finalist is not among the members")

@@ -1,0 +1,122 @@
+"""Runs of the informed search: interrupted anywhere, continued, replayed and evaluated with reflexes and quality."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import slcs2_jax as slcs2
+from slcs2_jax import cli
+from slcs2_jax.config import InputError
+from slcs2_jax.config.knowledge import Knowledge
+from slcs2_jax.running.driver import batch_key
+from tests.running.test_own_search import Crash, Crasher, results
+
+SEARCH = {
+    "name": "informed",
+    "acceptance": "best",
+    "parent": "tournament",
+    "racing": True,
+    "inherit_quality": True,
+    "generations": 10,
+    "starts": 2,
+    "population": 4,
+    "finalists": 2,
+    "final_every": 5,
+    "final_deployments": 2,
+    "max_redeployments": 2,
+    "fresh_deployments": 2,
+}
+
+
+def settings(run_dir, *, knowledge: dict | None = None, **search) -> slcs2.Settings:
+    return slcs2.Settings(
+        world=slcs2.World(distance=120.0, time_limit=60),
+        swarm=slcs2.Swarm(agents=3, packets=3),
+        rules=slcs2.Rules(rules=14),
+        search=slcs2.Search(**(SEARCH | search)),
+        knowledge=Knowledge(**({"mode": "reflex"} | (knowledge or {}))),
+        compute=slcs2.Compute(devices=1, chunk=20),
+        checkpoint=slcs2.Checkpoint(generations=1, seconds=0.0),
+        instances=2,
+        run_dir=None if run_dir is None else str(run_dir),
+    )
+
+
+@pytest.mark.parametrize("batch", [1, 5])
+def test_a_run_that_is_interrupted_anywhere_leaves_the_same_bytes(tmp_path, batch):
+    slcs2.evolve(settings(tmp_path / "once", batch=batch))
+    again, crashes = settings(tmp_path / "again", batch=batch), 0
+    for call in (3, 4, 5, 6, 7, 8, 1000):
+        try:
+            slcs2.evolve(again, report=Crasher(call))
+        except Crash:
+            crashes += 1
+    assert crashes >= 2
+    assert results(tmp_path / "again") == results(tmp_path / "once")
+    slcs2.evolve(settings(tmp_path / "further", generations=5, batch=batch))
+    slcs2.evolve(settings(tmp_path / "further", batch=batch))
+    assert results(tmp_path / "further") == results(tmp_path / "once")
+
+
+def test_a_saved_winner_is_deployed_with_its_reflexes_and_quality(tmp_path, capfd):
+    [summary] = slcs2.evolve(settings(tmp_path / "run"))
+    run = slcs2.read_run(tmp_path / "run")
+    for number in range(2):
+        best = run.best(number)
+        assert best.rules.reflex[:, :10].any()
+        assert best.rules.quality is not None
+        here = dataclasses.replace(run.settings, seed=best.instance_seed, instances=1, run_dir=None)
+        fresh = slcs2.evaluate(here, best, deployments=2)
+        assert fresh.mean == pytest.approx(summary.instances[number].fresh_mean)
+        assert best.deployments >= 3  # in finals too
+        assert (tmp_path / "run" / "solutions" / f"instance_{number:03d}_best.txt").read_text().count("reflex: ") > 0
+    assert cli.main(["rules", str(tmp_path / "run"), "top=0"]) == 0
+    assert "reflex: " in capfd.readouterr().out
+
+
+def test_reflexes_decide_what_a_swarm_does(tmp_path):
+    slcs2.evolve(settings(tmp_path / "run"))
+    best = slcs2.read_run(tmp_path / "run").best(0)
+    here = dataclasses.replace(best.settings, seed=best.instance_seed, instances=1, run_dir=None)
+    none = dataclasses.replace(best.rules, reflex=np.zeros_like(best.rules.reflex))
+    with_them, without = (slcs2.evaluate(here, rules, deployments=8).mean for rules in (best.rules, none))
+    assert with_them != without
+
+
+def test_runs_with_and_without_knowledge_are_advanced_side_by_side(tmp_path):
+    alone = [slcs2.evolve(settings(None, knowledge={"mode": mode}))[0].instances for mode in ("reflex", "suggested")]
+    both = slcs2.evolve(settings(None), settings(None, knowledge={"mode": "suggested"}))
+    assert [one.instances for one in both] == alone
+    keys = {batch_key(settings(None, knowledge={"mode": mode})) for mode in ("none", "suggested", "reflex")}
+    assert len(keys) == 2
+
+
+@pytest.mark.parametrize("name", ["slcs2", "random"])
+def test_knowledge_goes_with_other_searches(name):
+    plain = {"name": name, "acceptance": "domination", "parent": "fewest", "generations": 4}
+    [summary] = slcs2.evolve(settings(None, **plain))
+    assert summary.instances[0].generations == 4
+
+
+def test_what_cannot_be_used_leaves_no_folder(tmp_path):
+    wanted = settings(tmp_path / "run")
+    wanted = dataclasses.replace(wanted, rules=slcs2.Rules(rules=9))
+    with pytest.raises(InputError, match=r"accepted is a list of at most rules\.rules=9 rules; it has 10"):
+        slcs2.evolve(wanted)
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_choice_of_a_search_and_of_knowledge_on_the_command_line(capfd):
+    def shown(*words: str) -> str:
+        assert cli.main(["evolve", "--cfg", "job", *words]) == 0
+        return capfd.readouterr().out
+
+    informed = shown("search=informed", "generations=20")
+    assert "mode: reflex" in informed
+    assert "racing: true" in informed
+    assert "mode: none" in shown("knowledge=none", "search=informed", "generations=20")
+    assert "mode: suggested" in shown("knowledge=suggested")
+    assert "mode: none" in shown()
