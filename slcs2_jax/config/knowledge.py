@@ -1,4 +1,4 @@
-"""What a designer knows, given to a search: settings (docs/informed.md)."""
+"""What a designer knows, given to a search: settings (docs/howto/informed.md)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slcs2_jax.config.field import Section, setting
 
 @dataclass(frozen=True)
 class Knowledge(Section):
-    """A decision list in the first places of every rule-set; none of it is the paper's (docs/informed.md)."""
+    """A decision list in the first places of every rule-set; none of it is the paper's (docs/howto/informed.md)."""
 
     SECTION: ClassVar[str] = "knowledge"
 

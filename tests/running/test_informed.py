@@ -11,6 +11,7 @@ import slcs2_jax as slcs2
 from slcs2_jax import cli
 from slcs2_jax.config import InputError
 from slcs2_jax.config.knowledge import Knowledge
+from slcs2_jax.results.run_folder import checkpoint_limits
 from slcs2_jax.running.driver import batch_key
 from tests.running.test_own_search import Crash, Crasher, results
 
@@ -120,3 +121,13 @@ def test_the_choice_of_a_search_and_of_knowledge_on_the_command_line(capfd):
     assert "mode: none" in shown("knowledge=none", "search=informed", "generations=20")
     assert "mode: suggested" in shown("knowledge=suggested")
     assert "mode: none" in shown()
+
+
+def test_a_checkpoint_has_room_for_the_deployments_of_finals(tmp_path):
+    wanted = {"fresh_deployments": 1, "batch": 5, "max_redeployments": 0, "final_deployments": 1000, "generations": 5}
+    many = slcs2.Rules(rules=800)  # so many deployments of so many rules are more than a checkpoint of others can hold
+    limits = [
+        checkpoint_limits(dataclasses.replace(settings(tmp_path, **(wanted | change)), rules=many)).size
+        for change in ({}, {"name": "slcs2"})
+    ]
+    assert limits[0] - limits[1] > 2 * 5 * 999 * 20 * 3 * 800
