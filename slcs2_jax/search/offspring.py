@@ -146,8 +146,6 @@ def offspring(
     given = parent.arrays()
     names = ("mask", "action", *ORIGIN, *(["reflex"] if "reflex" in given else []))
     arrays = {name: given[name][from_agent, from_rule] for name in names}
-    if "reflex" in arrays:
-        arrays["reflex"][:, places:] = False
     for name, array in supply.take(int(is_new.sum())).items():
         arrays[name][is_new] = array
     if initial_quality is not None:

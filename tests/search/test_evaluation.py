@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError
 from slcs2_jax.search import Trial, counted, deployment_key, fresh_deployment_key, mean_of
+from slcs2_jax.search.evaluation import together
 from slcs2_jax.search.keys import seed_sequence
 
 
@@ -148,3 +149,15 @@ def test_keys_are_the_same_everywhere():
 def test_a_seed_out_of_range_is_refused(seed):
     with pytest.raises(InputError, match="seed = "):
         seed_sequence(seed, 1)
+
+
+def test_two_evaluations_together_are_as_one(make):
+    rng = np.random.default_rng(0)
+    deployed = [make.deployment(rng.random(), (3, 1), rng=rng) for _ in range(7)]
+    whole, joined = mean_of(deployed), together(mean_of(deployed[:2]), mean_of(deployed[2:]))
+    assert joined.fitnesses == whole.fitnesses
+    np.testing.assert_array_equal(joined.contribution_sum, whole.contribution_sum)
+    assert (joined.delivered, joined.steps) == (whole.delivered, whole.steps)
+    for name, array in whole.figures.arrays().items():
+        np.testing.assert_allclose(getattr(joined.figures, name), array, rtol=1e-5, atol=1e-6)
+        assert getattr(joined.figures, name).dtype == np.float32

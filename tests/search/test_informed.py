@@ -10,7 +10,7 @@ import pytest
 
 from slcs2_jax.grammar.vocabulary import PAPER
 from slcs2_jax.results.figures import Figures
-from slcs2_jax.search import Deployment, Informed, deployment_key
+from slcs2_jax.search import Deployment, Informed, deployment_key, mean_of
 from slcs2_jax.search.packing import pack_state, unpack_state
 from tests.search.test_knowledge import problem
 
@@ -138,6 +138,24 @@ def test_luck_does_not_make_a_winner(make):
     assert search.best.generation == 1
     assert search.best.fitness == pytest.approx(0.28)
     assert search.best.evaluation.fitnesses == (0.28, 0.28, 0.28)
+
+
+def test_one_deployment_counts_less_than_many(make):
+    search = search_of(make, racing=False, finalists=2, final_every=4, final_deployments=6)
+
+    def tell(*fitnesses: float) -> None:
+        deployed = [make.deployment(fitness, (1, 0, 0, 0), rules=20) for fitness in fitnesses]
+        search.tell(search.ask(), [mean_of(deployed)])
+
+    tell(0.30)
+    tell(0.10)
+    tell(*[0.30] * 6)
+    tell(*[0.10] * 6)
+    assert search.best.evaluation.deployments == 7
+    tell(0.31)
+    assert search.best.generation == 0
+    tell(*[0.33] * 7)
+    assert search.best.generation == 5
 
 
 @pytest.mark.parametrize("batch", [1, 3, 8])

@@ -201,3 +201,26 @@ def test_what_holds_for_every_child(make, contribution, fitness, explorations, e
         assert len(donors) <= 1
         assert all(contribution[donor] * agents >= sum(contribution) > 0 and donor != agent for donor in donors)
         assert exchange or not donors
+
+
+def test_the_first_places_stay_and_give_nothing_to_the_rest(make):
+    places, copied = 4, 0
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        parent = make.solution(agents=3, rules=12, seed=seed)
+        evaluation = make.evaluation(0.9, (9, 0, 5), rules=12, rng=rng, usage=np.ones((3, 12)))
+        child = offspring(
+            parent, evaluation, explorations=0, generation=1, varrho=100.0, exchange=True, supply=make.supply(99),
+            rng=rng, places=places,
+        )  # fmt: skip
+        np.testing.assert_array_equal(child.ids[:, :places], parent.ids[:, :places])
+        figures = evaluation.figures
+        kept = places + np.argsort(figures.error[1, places:])[:3]  # floor(8 * 0.45)
+        np.testing.assert_array_equal(child.ids[1, places : places + 3], parent.ids[1, kept])
+        taken = np.flatnonzero(child.origin_kind[1] == Origin.COPIED)
+        if taken.size:
+            donor = int(child.origin_agent[1, taken[0]])
+            best = places + np.argsort(-figures.strength[donor, places:])[: taken.size]
+            np.testing.assert_array_equal(child.ids[1, taken], parent.ids[donor, best])
+        copied += taken.size
+    assert copied > 30
