@@ -116,7 +116,7 @@ def test_another_instance_is_shown_when_it_is_chosen(page):
     page.locator("#instances tbody button").nth(1).click()
     page.wait_for_function("document.querySelector('#replay').textContent.includes('not replayed')")
     assert page.locator("#summary .note").count() == 1
-    assert page.locator("#search canvas").count() >= 3
+    page.wait_for_function("document.querySelectorAll('#search canvas').length >= 3")
 
 
 def test_light_and_dark_are_each_a_click_away(page):
