@@ -44,7 +44,7 @@ class Recording:
         rules: what was deployed; None for a policy without rules.
         channels: indices of the channels in use, in the order of the columns of `served`.
         ended: whether it goes to the end of the episode; if not, what else is said is as it was when it was cut.
-        fitness: share delivered less share of time used (spec section 7).
+        fitness: share delivered less share of time used (model section 7).
         x, y: float32 [T + 1, n], m, the agents' places; the source is the origin.
         holding: bool [T + 1, n], who holds a packet.
         waiting, delivered: int32 [T + 1], packets at the source and at the sink.
