@@ -2,6 +2,8 @@
 
 What a notebook needs stands here, by name: settings, scenarios, grammars, rule-sets, `deploy`, `evolve`, `evaluate`,
 and what reads results. A name is imported when it is first used, so importing the package does not start JAX.
+
+"Model N" in these files is section N of docs/model.md, which says what is computed, and how the paper is read.
 """
 
 from importlib import import_module

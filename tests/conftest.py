@@ -9,6 +9,8 @@ from pathlib import Path
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
+import shutil
+
 import hypothesis
 import jax
 import numpy as np
@@ -115,3 +117,20 @@ def make() -> type[Make]:
 def readers_cache(tmp_path_factory) -> Path:
     """The cache folder of whoever follows the documentation: empty at first, then with what was compiled."""
     return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A real browser, for all tests of pages: CHROMIUM names one. Without any they are skipped, unless
+    SLCS2_BROWSER=required."""
+    chromium = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    if chromium is None and os.environ.get("SLCS2_BROWSER") != "required":
+        pytest.skip("needs Chromium")
+    from playwright import sync_api
+
+    flags = ["no-sandbox", "disable-gpu", "disable-quic", "no-first-run", "disable-background-networking"]
+    flags += ["disable-component-update", "disable-sync"]
+    with sync_api.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=chromium, args=[f"--{flag}" for flag in flags])
+        yield started
+        started.close()

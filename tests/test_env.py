@@ -15,7 +15,8 @@ from slcs2_jax.config import InputError, Radio, Settings, Swarm, World
 from slcs2_jax.env import CELLS, AutoReset, Env, make
 from slcs2_jax.grammar import random_rule_sets
 from slcs2_jax.grammar.vocabulary import NO_ACTION
-from slcs2_jax.looking.recording import Recording, record
+from slcs2_jax.looking.recorder import record
+from slcs2_jax.looking.recording import Recording
 from slcs2_jax.policy.bound import bind_list, bind_rules
 from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.search.keys import fresh_deployment_key

@@ -1,4 +1,4 @@
-"""From codons to rules (paper, "Rule Generation"; spec section 5): grammatical evolution's mapping with a limit on
+"""From codons to rules (paper, "Rule Generation"; model section 5): grammatical evolution's mapping with a limit on
 the clauses.
 
 The leftmost non-terminal is decoded first; it takes the option codon mod number of options. The codons are used twice
@@ -26,7 +26,7 @@ from slcs2_jax.grammar.ruleset import Rule, RuleSets, parse_rule_text
 from slcs2_jax.grammar.tables import DecodeTables, shortest_option
 from slcs2_jax.grammar.vocabulary import quote
 
-CODONS = 40  # per rule (assumed: spec section 5)
+CODONS = 40  # per rule (assumed: model section 5)
 MAX_CODONS = 1024
 _BLOCK = 8192  # rules decoded together: their working arrays stay in the cache
 

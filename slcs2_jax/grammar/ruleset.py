@@ -1,6 +1,6 @@
 """Rules as the program keeps them: a clause mask and an action number; printing, parsing and numbering them.
 
-Two rules are equal iff their mask and action are (spec section 5): a mask is the condition with its clauses sorted
+Two rules are equal iff their mask and action are (model section 5): a mask is the condition with its clauses sorted
 and duplicates dropped.
 """
 

@@ -1,4 +1,4 @@
-"""What the radio reaches: mean power, or mean SINR, of the strongest sender at every place of the map (spec section 3).
+"""What the radio reaches: mean power, or mean SINR, of the strongest sender at every place of the map (model 3).
 
 The fading, whatever it is, is left out: of the log-normal shadowing the mean in dB is so shown, of any other fading the
 mean power. Senders are the source and the agents that work, at full power. A reactive jammer is taken to emit, as it

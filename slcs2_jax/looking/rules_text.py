@@ -10,7 +10,7 @@ from typing import Any
 from slcs2_jax.config.escape import terminal
 from slcs2_jax.looking.rulebook import RuleLine, Spread, acting
 from slcs2_jax.results import SavedSolution
-from slcs2_jax.study.table import Table
+from slcs2_jax.results.csv_text import csv_text
 
 MOST_SPREAD = 12  # rules that the text lists as spread by exchange
 
@@ -65,7 +65,7 @@ class Rulebook:
     def csv(self) -> str:
         """A row for each agent and rule."""
         header = tuple(asdict(self.lines[0]))
-        return Table("rules", header, tuple(tuple(asdict(line).values()) for line in self.lines)).csv()
+        return csv_text(header, (tuple(asdict(line).values()) for line in self.lines))
 
     def text(self, top: int) -> str:
         """For a terminal: each agent's first `top` rules (0: all), what it did most, and what exchange spread.

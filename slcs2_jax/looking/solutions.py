@@ -8,7 +8,8 @@ from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse, show
-from slcs2_jax.looking.recording import Recording, record
+from slcs2_jax.looking.recorder import record
+from slcs2_jax.looking.recording import Recording
 from slcs2_jax.results import FinishedRun, SavedSolution
 from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import MOST_DEPLOYMENTS

@@ -1,4 +1,4 @@
-"""GRASP: a rule drawn uniformly from the restricted candidate list (paper, GRASP equation; spec section 6.2)."""
+"""GRASP: a rule drawn uniformly from the restricted candidate list (paper, GRASP equation; model section 6.2)."""
 
 from __future__ import annotations
 

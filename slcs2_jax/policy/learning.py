@@ -1,4 +1,4 @@
-"""Parameters of choice and learning (spec section 6)."""
+"""Parameters of choice and learning (model section 6)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The match set Gamma': the rules whose every clause holds (spec section 6.1)."""
+"""The match set Gamma': the rules whose every clause holds (model section 6.1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Q-learning over the action set, one step late, and the prediction error (paper, their equations; spec 6.4)."""
+"""Q-learning over the action set, one step late, and the prediction error (paper, their equations; model 6.4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strength: each step's reward credited to the last BP_max + 1 action sets (paper, strength equation; spec 6.5).
+"""Strength: each step's reward credited to the last BP_max + 1 action sets (paper, strength equation; model 6.5).
 
 Instead of adding every reward to every past set, each rule keeps one bit per step, and each agent its last gains. A
 set has all its credit BP_max steps later; then, a whole round at a time, the sum of its credits goes to its members.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +10,7 @@ from tabulate import tabulate
 
 from slcs2_jax.config import escape
 from slcs2_jax.results.arm import OVERALL, arm_title
+from slcs2_jax.results.csv_text import csv_text
 from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.paper import printed_mean
 from slcs2_jax.study.statistics import Description, Interval
@@ -51,26 +50,17 @@ class Table:
         return f"\\begin{{table}}\n\\centering\n\\caption{{{title}}}\n{wide}\n\\end{{table}}\n"
 
     def csv(self) -> str:
-        """Comma-separated; an interval fills two columns, low and high; what is not known is empty.
-
-        A text that a spreadsheet would compute has an apostrophe before it (see `escape.csv_cell`).
-        """
+        """Comma-separated; an interval fills two columns, low and high; what is not known is empty: see `csv_text`."""
         wide = {at for row in self.rows for at, value in enumerate(row) if isinstance(value, Interval)}
-        header = [
-            n
-            for at, name in enumerate(self.header)
-            for n in ((f"{name} low", f"{name} high") if at in wide else (name,))
-        ]
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([escape.csv_cell(name) for name in header])
+        header: list[str] = []
+        for at, name in enumerate(self.header):
+            header += (f"{name} low", f"{name} high") if at in wide else (name,)
+        flat: list[list[object]] = []
         for row in self.rows:
-            flat: list[object] = []
+            flat.append([])
             for at, value in enumerate(row):
-                flat += [value] if at not in wide else list(value) if isinstance(value, Interval) else ["", ""]
-            texts = [escape.csv_cell(value) if isinstance(value, str) else value for value in flat]
-            writer.writerow(["" if value is None else value for value in texts])
-        return text.getvalue()
+                flat[-1] += [value] if at not in wide else list(value) if isinstance(value, Interval) else ["", ""]
+        return csv_text(header, flat)
 
 
 def runs_table(outcomes: Sequence[Outcome], root: Path) -> Table:

@@ -1,4 +1,4 @@
-"""Agents that fail and recover (spec section 11). Off, there is nothing of this in a compiled program.
+"""Agents that fail and recover (model section 11). Off, there is nothing of this in a compiled program.
 
 An agent that is down neither moves, sends, receives, beacons nor learns. Whether an agent works in a step is drawn
 when the step before ends.

@@ -1,4 +1,4 @@
-"""What became of each transmission, and what it was lost to (spec section 3). Nothing depends on it."""
+"""What became of each transmission, and what it was lost to (model section 3). Nothing depends on it."""
 
 from __future__ import annotations
 

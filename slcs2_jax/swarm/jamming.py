@@ -1,4 +1,4 @@
-"""Jammers where they are more than the paper's one: their links, what they do, what agents know of them (spec 11).
+"""Jammers where they are more than the paper's one: their links, what they do, what agents know of them (model 11).
 
 The first of J jammers is the last node of the table of links, as the paper's is; the others have tables of their own.
 A link of jammer j >= 1 is named by j, whatever else there is, so that no draw depends on the room of a batch.

@@ -1,4 +1,4 @@
-"""Knowledge K: last known positions, own and shared (spec section 4)."""
+"""Knowledge K: last known positions, own and shared (model section 4)."""
 
 from __future__ import annotations
 

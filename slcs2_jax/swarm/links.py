@@ -1,4 +1,4 @@
-"""The links of a time-step: received powers between all nodes, the jammer's answer, who hears whom (spec section 3)."""
+"""The links of a time-step: received powers between all nodes, the jammer's answer, who hears whom (model 3)."""
 
 from __future__ import annotations
 

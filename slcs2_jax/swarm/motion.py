@@ -1,4 +1,4 @@
-"""Motion: toward, away and orbit, and the clearance that nobody breaks (spec section 4)."""
+"""Motion: toward, away and orbit, and the clearance that nobody breaks (model section 4)."""
 
 from __future__ import annotations
 

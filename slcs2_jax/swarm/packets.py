@@ -1,4 +1,4 @@
-"""Packets on the air: collecting, sending, interference, and who holds what afterwards (spec sections 3 and 4).
+"""Packets on the air: collecting, sending, interference, and who holds what afterwards (model sections 3 and 4).
 
 Senders are the agents and, last, the source (row n); receivers the agents, the source (n) and the sink (n + 1).
 """
@@ -133,7 +133,7 @@ def _measure(state: State, air: Air, links: Links, radio: RadioParameters) -> St
 
 
 def _hand_over(state: State, accepted: jax.Array) -> State:
-    """Move the packets and their histories, and credit all who held a delivered one (spec 7, contribution)."""
+    """Move the packets and their histories, and credit all who held a delivered one (model 7, contribution)."""
     n = state.x.shape[0]
     passed = jnp.any(accepted, axis=0)
     sent = jnp.any(passed[:n], axis=1)

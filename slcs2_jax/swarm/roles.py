@@ -1,4 +1,4 @@
-"""Roles: source-side, sink-side and closest among those known or heard (spec section 4)."""
+"""Roles: source-side, sink-side and closest among those known or heard (model section 4)."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ OTHER_NODES = 3  # source, sink and jammer, behind the agents
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class SwarmParameters:
-    """Spec section 4, every leaf a scalar: m, m per step, counts and costs.
+    """Model section 4, every leaf a scalar: m, m per step, counts and costs.
 
     ``clear`` is the squared distance, m2, that keeps the clearance: a little less than its square, see ``SLACK``.
     ``failures`` is None where nobody ever fails.

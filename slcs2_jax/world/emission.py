@@ -1,4 +1,4 @@
-"""When, and on which channel, a jammer transmits (spec sections 3 and 11).
+"""When, and on which channel, a jammer transmits (model sections 3 and 11).
 
 An emission is a function of what all jammers of a world hear and are set to; a user's own is registered as
 `register("emission", name)`. It is asked for all J jammers at once, and told apart afterwards whose answer counts.

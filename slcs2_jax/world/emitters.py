@@ -1,4 +1,4 @@
-"""Jammers on the device where they are more than the paper's one, which stays and answers (spec section 11)."""
+"""Jammers on the device where they are more than the paper's one, which stays and answers (model section 11)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How received power varies around its mean: drawn for every link and step, the same in both directions (spec 3, 11).
+"""How received power varies around its mean: drawn for every link and step, the same in both directions (model 3, 11).
 
 A fading model is a pytree of parameters with two functions; a user's own is a class of this form registered as
 `register("fading", name)`. But for the log-normal one, whose mean is 0 in dB as in the paper, gains have mean 1.
@@ -53,7 +53,7 @@ class NoFading:
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class LogNormal:
-    """Log-normal shadowing, X ~ N(0, sigma^2) in dB, drawn anew in every step as the paper has it (spec 3).
+    """Log-normal shadowing, X ~ N(0, sigma^2) in dB, drawn anew in every step as the paper has it (model 3).
 
     Its mean in dB is 0; in linear power it is exp((sigma ln 10 / 10)^2 / 2), 1.53 at 4 dB.
     """

@@ -1,4 +1,4 @@
-"""Axis-aligned walls: which links cross them, how near they are (spec sections 2 and 4).
+"""Axis-aligned walls: which links cross them, how near they are (model sections 2 and 4).
 
 A wall is a centre line with a thickness. Vertical ones stand at x = ``at`` and span y in [``low``, ``high``];
 horizontal ones are the same with x and y exchanged, so every function is written once, for vertical walls.
@@ -57,7 +57,7 @@ def slope(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array) -> jax.Arr
 
 
 def count_crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, walls: Walls) -> jax.Array:
-    """How many walls' centre lines each segment crosses (spec 3, ``walls(i, j)``): float32, shape of ``x1``."""
+    """How many walls' centre lines each segment crosses (model 3, ``walls(i, j)``): float32, shape of ``x1``."""
     return (_crossings(x1, y1, x2, y2, walls.vertical) + _crossings(y1, x1, y2, x2, walls.horizontal)).astype(
         jnp.float32
     )
@@ -130,7 +130,7 @@ def blocking_wall(
     half: jax.Array,
     walls: Walls,
 ) -> Nearest:
-    """The nearest point, seen from (x, y), of the walls that forbid a step to (to_x, to_y) (spec 4).
+    """The nearest point, seen from (x, y), of the walls that forbid a step to (to_x, to_y) (model 4).
 
     A wall forbids the step if it ends nearer to the wall's surface than the limit and than it began, or if it crosses
     the wall's centre line.

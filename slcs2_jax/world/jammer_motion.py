@@ -1,4 +1,4 @@
-"""How a jammer moves (spec section 11). It flies: nothing stops it, and its places are no obstacle.
+"""How a jammer moves (model section 11). It flies: nothing stops it, and its places are no obstacle.
 
 A motion is a function of where all jammers of a world are and what they hear; a user's own is registered as
 `register("jammer motion", name)`. It is asked for all J jammers at once, and told apart afterwards whose answer counts.

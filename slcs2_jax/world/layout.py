@@ -1,4 +1,4 @@
-"""What a scenario consists of: source, sink, walls, jammers and first places (spec section 2)."""
+"""What a scenario consists of: source, sink, walls, jammers and first places (model section 2)."""
 
 from __future__ import annotations
 

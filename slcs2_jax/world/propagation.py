@@ -1,4 +1,4 @@
-"""Mean received power over distance and walls (spec section 3).
+"""Mean received power over distance and walls (model section 3).
 
 A propagation model is a pytree of parameters with three functions; a user's own is a class of this form registered as
 `register("propagation", name)`. Distances in m, levels in powers of two of mW: a step needs no logarithm of a power.
@@ -42,7 +42,7 @@ class Propagation(Protocol):
 class LogDistance:
     """Log-distance path loss with a loss per wall: P_t - PL0 - 10 gamma log10(max(d, d0) / d0) - walls L_w.
 
-    The paper's model (section on the radio; spec 3); Rappaport, Wireless Communications (2nd ed.), sections 4.9 and
+    The paper's model (section on the radio; model 3); Rappaport, Wireless Communications (2nd ed.), sections 4.9 and
     4.11.5. Every leaf is a float32 scalar.
     """
 

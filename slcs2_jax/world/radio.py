@@ -1,4 +1,4 @@
-"""The radio: received power, signal to interference plus noise ratio (spec section 3)."""
+"""The radio: received power, signal to interference plus noise ratio (model section 3)."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _try_out(radio: RadioParameters, settings: Radio) -> None:
 def received_power(
     squared_distance: jax.Array, walls: jax.Array, gain: jax.Array | None, radio: RadioParameters
 ) -> jax.Array:
-    """Power received over each link from a sender at full power (spec 3: P_t - PL(d) - walls * L_w + X).
+    """Power received over each link from a sender at full power (model 3: P_t - PL(d) - walls * L_w + X).
 
     Args:
         squared_distance: float32 [...], m2.
@@ -106,7 +106,7 @@ def received_power(
 
 
 def decodable(signal: jax.Array, disturbance: jax.Array, radio: RadioParameters) -> jax.Array:
-    """Whether a signal is received: power >= P_rs and SINR >= threshold (spec 3).
+    """Whether a signal is received: power >= P_rs and SINR >= threshold (model 3).
 
     Args:
         signal: float32 [...], mW.

@@ -1,4 +1,4 @@
-"""Scenarios: one environment instance each, made by name from settings and a seed, or from a file (spec section 2)."""
+"""Scenarios: one environment instance each, made by name from settings and a seed, or from a file (model section 2)."""
 
 from __future__ import annotations
 

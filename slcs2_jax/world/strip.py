@@ -1,4 +1,4 @@
-"""The paper's worlds: a strip from source to sink, with buildings, jammers and agents at random (spec section 2)."""
+"""The paper's worlds: a strip from source to sink, with buildings, jammers and agents at random (model section 2)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class _Stream(enum.IntEnum):
 
 
 def make_strip(settings: Settings, seed: int) -> Scenario:
-    """Generate the scenario of a seed (spec section 2).
+    """Generate the scenario of a seed (model section 2).
 
     Raises:
         InputError: there is no place for the jammers, or the walls leave no room for the agents around the source.

@@ -11,7 +11,8 @@ import pytest
 
 from slcs2_jax.config import Checkpoint, Compute, Jammers, Radio, Rules, Search, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
-from slcs2_jax.looking.recording import Recording, record
+from slcs2_jax.looking.recorder import record
+from slcs2_jax.looking.recording import Recording
 from slcs2_jax.looking.solutions import replay
 from slcs2_jax.policy.bound import bind_rules
 from slcs2_jax.results import read_run

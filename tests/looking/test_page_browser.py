@@ -1,42 +1,16 @@
 """The page in a real browser: it loads without a complaint, plays and scrubs, its table sorts and searches.
 
-Needs Chromium (CHROMIUM names one); left out where there is none, unless SLCS2_BROWSER=required.
+Left out where there is no browser: see the fixture `browser`.
 """
 
 from __future__ import annotations
 
-import os
-import shutil
-
 import numpy as np
 import pytest
-from playwright import sync_api as playwright
 
 from slcs2_jax.looking.page import write_page
 from slcs2_jax.looking.page_entries import chosen, entries
 from slcs2_jax.results import read_run
-
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-if CHROMIUM is None and os.environ.get("SLCS2_BROWSER") != "required":
-    pytest.skip("needs Chromium", allow_module_level=True)
-
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-
-
-@pytest.fixture(scope="session")
-def browser():
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="session")
@@ -142,7 +116,7 @@ def test_another_instance_is_shown_when_it_is_chosen(page):
     page.locator("#instances tbody button").nth(1).click()
     page.wait_for_function("document.querySelector('#replay').textContent.includes('not replayed')")
     assert page.locator("#summary .note").count() == 1
-    assert page.locator("#search canvas").count() >= 3
+    page.wait_for_function("document.querySelectorAll('#search canvas').length >= 3")
 
 
 def test_light_and_dark_are_each_a_click_away(page):

@@ -1,4 +1,4 @@
-"""Radio maps against the formulas of the spec, written out, and walls counted by Shapely."""
+"""Radio maps against the formulas of the model, written out, and walls counted by Shapely."""
 
 from __future__ import annotations
 

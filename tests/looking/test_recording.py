@@ -12,7 +12,8 @@ from slcs2_jax import api
 from slcs2_jax.config import Compute, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.grammar.vocabulary import NO_ACTION, PAPER
-from slcs2_jax.looking.recording import NOBODY, Recording, record
+from slcs2_jax.looking.recorder import record
+from slcs2_jax.looking.recording import NOBODY, Recording
 from slcs2_jax.policy.bound import bind_list, bind_rules
 from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.search import fresh_deployment_key

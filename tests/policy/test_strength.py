@@ -58,7 +58,7 @@ def simulate(members, gains, decay, bp_max):
 
 
 def by_list(sets, gains, decay, bp_max):
-    """Every step's gain added to each of the last bp_max + 1 action sets, spec 6.5 word for word."""
+    """Every step's gain added to each of the last bp_max + 1 action sets, model 6.5 word for word."""
     total, usage = np.zeros((RULES, AGENTS)), np.zeros((RULES, AGENTS), int)
     past = []
     for members, gain in zip(sets, gains, strict=True):

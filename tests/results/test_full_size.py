@@ -11,6 +11,7 @@ from slcs2_jax.config import Rules, Search, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rules
 from slcs2_jax.grammar.ruleset import RuleSets
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution, load_solution, read_run
+from slcs2_jax.results.figures import Figures
 from slcs2_jax.results.reading import ended
 from slcs2_jax.results.rows import LONGEST_ROW, row_line
 from slcs2_jax.results.run_folder import GENERATIONS
@@ -131,10 +132,7 @@ def test_a_checkpoint_of_many_members_is_read(tmp_path, instances):
         delivered=1,
         steps=1,
         contribution=np.zeros(AGENTS, np.int32),
-        quality=figures,
-        strength=figures,
-        error=figures,
-        usage=figures.astype(np.int32),
+        figures=Figures(quality=figures, strength=figures, error=figures, usage=figures.astype(np.int32)),
     )
     taken = pack_deployments(dict.fromkeys(range(count), one), (AGENTS, RULES))
     own |= {f"taken.{name}": array for name, array in taken.items()}

@@ -43,7 +43,7 @@ FITNESSES = st.lists(st.floats(-1, 1), min_size=12, max_size=12)
 @given(FITNESSES, st.integers(1, 8), st.integers(0, 6), st.integers(0, 4), st.randoms(use_true_random=False))
 def test_speculation_and_order_change_nothing(make, fitnesses, least, redeployments, ahead, random):
     deployments = [make.deployment(fitness, (index, 2)) for index, fitness in enumerate(fitnesses)]
-    made = 0  # the rule as the spec words it
+    made = 0  # the rule as model 7 words it
     total = 0.0
     while made == 0 or made < least or (total / made > 0 and made - 1 < redeployments):
         total += fitnesses[made]

@@ -9,7 +9,6 @@ import base64
 import csv
 import io
 import json
-import os
 import re
 import shutil
 import xml.etree.ElementTree as ElementTree
@@ -19,7 +18,6 @@ import pytest
 
 from slcs2_jax import cli
 
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -83,23 +81,18 @@ def test_pages_of_runs_that_are_gone_are_removed(report, make):
 
 
 @pytest.fixture
-def page(report):
-    if CHROMIUM is None and os.environ.get("SLCS2_BROWSER") != "required":
-        pytest.skip("needs Chromium")
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
-        opened = browser.new_page(viewport={"width": 420, "height": 800}, color_scheme="dark")
-        complaints, asked = [], []
-        opened.on("console", lambda message: complaints.append(message.text))
-        opened.on("pageerror", lambda error: complaints.append(str(error)))
-        opened.on("request", lambda request: asked.append(request.url))
-        opened.goto(report.as_uri())
-        opened.wait_for_selector("body[data-ready]", timeout=10_000)
-        yield opened
-        assert complaints == []
-        assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
-        browser.close()
+def page(report, browser):
+    opened = browser.new_page(viewport={"width": 420, "height": 800}, color_scheme="dark")
+    complaints, asked = [], []
+    opened.on("console", lambda message: complaints.append(message.text))
+    opened.on("pageerror", lambda error: complaints.append(str(error)))
+    opened.on("request", lambda request: asked.append(request.url))
+    opened.goto(report.as_uri())
+    opened.wait_for_selector("body[data-ready]", timeout=10_000)
+    yield opened
+    assert complaints == []
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    opened.close()
 
 
 def downloaded(page, figure, button: str) -> str:

@@ -55,7 +55,7 @@ def _resolve(state, step_x, step_y, arena, parameters):
 
 
 class Plain:
-    """One agent's view in plain Python and double precision (spec section 4). Nodes: agents, source n, sink n + 1."""
+    """One agent's view in plain Python and double precision (model section 4). Nodes: agents, source n, sink n + 1."""
 
     def __init__(self, state, arena, heard, me):
         n = state.x.shape[0]

@@ -26,7 +26,7 @@ def deviate(key, t, number):
 
 
 def expected_dbm(nodes, walls, key, t, pairs, *, sigma=4.0, loss=2.0):
-    """Spec section 3 word for word, one link at a time, for nodes [n + 3, 2]."""
+    """Model section 3 word for word, one link at a time, for nodes [n + 3, 2]."""
     count = len(nodes)
     for u, v in pairs:
         d = max(np.hypot(*(nodes[u] - nodes[v])), 1.0)

@@ -1,4 +1,4 @@
-"""Scenarios follow from (settings, seed) alone, and keep every promise of spec section 2."""
+"""Scenarios follow from (settings, seed) alone, and keep every promise of model section 2."""
 
 from __future__ import annotations
 
