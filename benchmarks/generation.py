@@ -43,6 +43,7 @@ def parser() -> Parser:
     add("--folder", action="store_true", help="write run folders as well; saving the last solutions is then in host")
     add("--here", action="store_true", help="one number of instances, in this process and without rehearsal")
     add("--devices", type=whole(1, 1024), help="devices to use; without it all (CPU: one per core)")
+    add("--native", type=choice("auto", "on", "off"), default="auto", help="who computes: the native chunk, or XLA")
     return made
 
 
@@ -58,7 +59,7 @@ def measure(command_line: Parser, options: argparse.Namespace) -> None:
     if options.here and len(options.instances) > 1:
         command_line.error("--here: accepted is one number of instances")
     rows = [] if options.here else [_elsewhere(options, instances) for instances in options.instances]
-    compute = Compute(devices=options.devices, chunk=options.chunk, slots=options.slots)
+    compute = Compute(devices=options.devices, chunk=options.chunk, slots=options.slots, native=options.native)
     runtime.configure(compute)
     rows = rows or [measure_search(options, options.instances[0], compute)]
     for before, row in pairwise(rows):

@@ -54,6 +54,7 @@ def parser() -> Parser:
     add("--agents", type=whole(2, 64), default=12, help="agents")
     add("--rules", type=whole(1, 1000), default=100, help="rules per agent")
     add("--devices", type=whole(1, 1024), help="devices to use; without it all (CPU: one per core)")
+    add("--native", type=choice("auto", "on", "off"), default="auto", help="who computes: the native chunk, or XLA")
     return made
 
 
@@ -75,7 +76,7 @@ def measure(command_line: Parser, options: argparse.Namespace) -> None:
     if options.solution is not None:
         load_solution(options.solution)  # complains before anything is printed
     chunk = min(Compute.chunk, options.steps or Compute.chunk)
-    compute = Compute(devices=options.devices, chunk=chunk, cache=options.cache)
+    compute = Compute(devices=options.devices, chunk=chunk, cache=options.cache, native=options.native)
     runtime.configure(compute)
     report = Report("throughput", options.command, compute, notes=_notes(options))
     print(report.heading())
