@@ -42,6 +42,9 @@ def settings_of(environment: str, range_: str, engine: str, options: dict[str, i
 
 def main(arguments: list[str]) -> int:
     """Run, print a table, and tell whether all worlds agree."""
+    if not arguments or arguments[0].startswith("-"):
+        print(__doc__)
+        return 2
     out, options, ranges = Path(arguments[0]), {"instances": 16, "generations": 20, "seed": 0}, ["short", "long"]
     for argument in arguments[1:]:
         name, _, value = argument.partition("=")
