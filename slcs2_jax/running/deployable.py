@@ -16,7 +16,7 @@ import jax
 import numpy as np
 
 from slcs2_jax.config import InputError, Settings
-from slcs2_jax.config.field import refuse
+from slcs2_jax.config.field import refuse, show
 from slcs2_jax.grammar import Grammar, RuleSets, make_rule
 from slcs2_jax.grammar.grammar import GRAMMARS
 from slcs2_jax.grammar.language import Language
@@ -29,6 +29,7 @@ from slcs2_jax.rollout import Done, Job
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.keys import Key
 from slcs2_jax.search.solution import Solution
+from slcs2_jax.swarm.reward import Progress
 from slcs2_jax.swarm.task import Delivery, Score
 from slcs2_jax.world.scenario import Scenario
 
@@ -130,7 +131,10 @@ def job_of(policy: BoundPolicy, name: Hashable, scenario: Scenario, key: Key) ->
 
 
 def deployment_of(done: Done, packets: int, task: Delivery) -> Deployment:
-    """What an episode with so many packets measured, with its fitness by the task."""
+    """What an episode with so many packets measured, with its fitness by the task.
+
+    Raises InputError naming the task or the reward that gave what is no finite number.
+    """
     score = Score(
         delivered=done.delivered,
         packets=packets,
@@ -138,8 +142,14 @@ def deployment_of(done: Done, packets: int, task: Delivery) -> Deployment:
         time_limit=done.job.scenario.time_limit,
         measures=done.measures,
     )
+    fitness = task.fitness(score)
+    if not isinstance(fitness, float | int) or not np.isfinite(fitness):
+        raise InputError(f"task {type(task).__name__}: fitness is {show(fitness)}; accepted is a finite number")
+    own = type(task.reward) is not Progress
+    if own and done.figures is not None and not np.isfinite(done.figures.quality).all():
+        raise InputError(f"reward {type(task.reward).__name__}: is not finite in every step; accepted is what is")
     return Deployment(
-        fitness=task.fitness(score),
+        fitness=float(fitness),
         delivered=done.delivered,
         steps=done.steps,
         contribution=done.contribution,
