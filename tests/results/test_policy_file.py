@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError
 from slcs2_jax.results.archive import write_archive
@@ -58,3 +60,27 @@ def test_a_solution_is_no_policy(tmp_path):
     write_archive(tmp_path / "p.npz", "slcs2_jax solution 3", {}, {})
     with pytest.raises(InputError, match="accepted is 'slcs2_jax policy 1'"):
         load_policy(tmp_path / "p.npz")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("policies") / "whole.npz"
+    save_policy(path, "mine", LAYERS, {"trained": 7})
+    return path.read_bytes()
+
+
+@given(cut=st.floats(0, 1), changes=st.lists(st.tuples(st.floats(0, 1, exclude_max=True), st.integers(1, 255))))
+def test_a_damaged_file_is_refused_or_its_damage_is_harmless(whole, tmp_path_factory, cut, changes):
+    data = bytearray(whole[: round(cut * len(whole))] if not changes else whole)
+    for place, flip in changes:
+        data[int(place * len(data))] ^= flip
+    path = tmp_path_factory.mktemp("damaged") / "p.npz"
+    path.write_bytes(data)
+    try:
+        found = load_policy(path)
+    except InputError as error:
+        assert str(error).startswith(f"policy={path}: ")
+        assert "\n" not in str(error)
+    else:
+        np.testing.assert_array_equal(found.given["layers"][0][0], LAYERS["layers"][0][0])
+        assert found.name == "mine"
