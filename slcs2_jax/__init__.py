@@ -39,7 +39,7 @@ _HOMES = {
     "slcs2_jax.swarm.task": ("Delivery", "Score"),
     "slcs2_jax.grammar": ("RuleSets", "load_grammar", "random_rule_sets"),
     "slcs2_jax.world.scenario": ("Scenario", "make_scenario"),
-    "slcs2_jax.looking.solutions": ("replay",),
+    "slcs2_jax.looking.solutions": ("animate", "replay"),
     "slcs2_jax.results": ("Progress", "SavedSolution", "load_solution", "read_run"),
     "slcs2_jax.api": ("deploy", "evaluate", "evolve"),
     "slcs2_jax.running.evaluator": ("Evaluator",),

@@ -51,6 +51,7 @@ def test_every_page_stands_in_the_menu():
 
     menu = paths(yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"])
     made = {"reference/api.md", "reference/settings.md"}
+    made |= {f"notebooks/{path.stem}.md" for path in (DOCS / "notebooks").glob("*.ipynb")}
     assert len(set(menu)) == len(menu)
     assert set(menu) - made == {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
 
