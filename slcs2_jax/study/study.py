@@ -100,10 +100,14 @@ class Study:
         return np.array(curves, dtype=np.float64)
 
     def failed_deployments(self, arm: str, cell: Cell) -> float | None:
-        """Share of single deployments with fitness -1, where each is recorded: of behaviours that do not evolve."""
-        known = [one.deployments for one in self.outcomes if (one.arm, one.cell) == (arm, cell)]
-        shares = [float((values <= -1).mean()) for values in known if len(values)]
-        return sum(shares) / len(shares) if shares else None
+        """Share of single fresh deployments, of an evolved winner or another behaviour, that delivered nothing.
+
+        Over the instances that every arm has; None where one of them has not kept it.
+        """
+        by_seed = {one.seed: one.failed for one in self.outcomes if (one.arm, one.cell) == (arm, cell)}
+        shares = [by_seed.get(seed) for seed in self.seeds(cell, FRESH)] if by_seed else []
+        known = [share for share in shares if share is not None]
+        return sum(known) / len(known) if known and len(known) == len(shares) else None
 
     @cached_property
     def _figures(self) -> dict[str, dict[tuple[str, Cell], dict[int, float]]]:
