@@ -31,14 +31,14 @@ def at_hand(version: str) -> bool:
 @nox.session(python=[version for version in PYTHONS if at_hand(version)])
 def tests(session: nox.Session) -> None:
     """The tests, with everything that they need; launchers and browsers apart."""
-    session.install(".[test,analysis,plot,data,rl]")
+    session.install("--no-compile", ".[test,analysis,plot,data,rl]")
     session.run("python", "-m", "pytest", *session.posargs, env={"JAX_PLATFORMS": "cpu"})
 
 
 @nox.session
 def loggers(session: nox.Session) -> None:
     """Loggers with the packages that the other tests stand in for."""
-    session.install(".[test,tensorboard,wandb,trackio]")
+    session.install("--no-compile", ".[test,tensorboard,wandb,trackio]")
     session.run("python", "-m", "pytest", "tests/results/test_loggers.py", *session.posargs)
 
 

@@ -9,7 +9,7 @@ and what reads results. A name is imported when it is first used, so importing t
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "slcs2_jax.config": (
