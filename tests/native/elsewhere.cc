@@ -18,9 +18,11 @@ int main() {
   memcpy(&sizes, take(sizeof sizes).data(), sizeof sizes);
   Buffers buffers{};
   std::vector<std::vector<char>> arrays;
-  for (int k = 0; k < GIVEN; k++) arrays.push_back(take(given_bytes(sizes, k))), buffers.given[k] = arrays.back().data();
+  for (int k = 0; k < GIVEN; k++)
+    arrays.push_back(take(given_bytes(sizes, k))), buffers.given[k] = arrays.back().data();
   const int kept = kept_buffers(sizes);
-  for (int k = 0; k < kept; k++) arrays.push_back(take(kept_bytes(sizes, k))), buffers.kept[k] = arrays.back().data();
+  for (int k = 0; k < kept; k++)
+    arrays.push_back(take(kept_bytes(sizes, k))), buffers.kept[k] = arrays.back().data();
   slcs2_advance(&sizes, &buffers);
   for (int k = 0; k < kept; k++) fwrite(buffers.kept[k], 1, kept_bytes(sizes, k), stdout);
   return 0;
