@@ -1,4 +1,8 @@
-"""Episodes advanced by the native chunk: the arrays that its calls take, in their order (``buffers.h``)."""
+"""Episodes advanced by the native chunk: the arrays that its calls take, in their order (``buffers.h``).
+
+Episodes are of JAX's arrays, inside of compiled programs, or of NumPy's: then the library is called at once, without
+XLA, and changes them in place.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.episode import Episode, Parameters, Result
+from slcs2_jax.native import library
 from slcs2_jax.native.choice import FADINGS, POLICIES
 from slcs2_jax.policy import strength
 from slcs2_jax.policy.classifier import Classifier, Memory
@@ -118,8 +123,9 @@ def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
     sections = ((radio.propagation, PROPAGATION), (radio, RADIO), (physics.swarm, SWARM), (learning, LEARNING))
     values = [getattr(section, name) for section, names in sections for name in names]
     (spread,) = jax.tree.leaves(radio.fading) or [np.float32(0)]
-    scalars = jnp.stack([jnp.asarray(value).astype(jnp.float32) for value in (spread, *values)])
-    reflex = jnp.zeros(0, bool) if rules.reflex is None else rules.reflex
+    xp = arena.time_limit.__array_namespace__()
+    scalars = xp.stack([xp.asarray(value, xp.float32) for value in (spread, *values)])
+    reflex = xp.zeros(0, bool) if rules.reflex is None else rules.reflex
     return [*(getattr(arena, name) for name in WORLD), *walls, rules.mask, rules.action, reflex, scalars]
 
 
@@ -145,6 +151,11 @@ def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
     return _call("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods))[0]
 
 
+def advance_in_place(episode: Episode, parameters: Parameters, periods: int, threads: int) -> None:
+    """``advance`` for NumPy arrays, C-contiguous and each with memory of its own; lane groups are shared by threads."""
+    _call_in_place("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods), threads)
+
+
 def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episode, dict[str, jax.Array], jax.Array]:
     """``advance``; of the first episode notes of every step; and in how many steps each of its rules held: [R, n]."""
     sizes = Sizes.of(episode, parameters, periods, noted=True)
@@ -161,11 +172,16 @@ def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episo
 
 
 def result(episode: Episode, parameters: Parameters) -> Result:
-    """``episode.result`` for a batch of episodes, by the native code."""
+    """``episode.result`` for a batch of episodes, by the native code; those of NumPy arrays are used up."""
     policy, state = parameters.policy, episode.state
     figures: Figures | None
     if type(policy) is Classifier:
-        end = _call("slcs2_finish", episode, parameters, Sizes.of(episode, parameters, 0))[0].memory
+        sizes = Sizes.of(episode, parameters, 0)
+        if isinstance(state.t, np.ndarray):
+            _call_in_place("slcs2_finish", episode, parameters, sizes, threads=1)
+        else:
+            episode, _ = _call("slcs2_finish", episode, parameters, sizes)
+        end = episode.memory
         figures = Figures(quality=end.quality, strength=end.strength, error=end.error, usage=end.usage)
     else:
         figures = policy.finish(episode.memory, state.t, parameters.learning)
@@ -191,3 +207,9 @@ def _call(name: str, episode: Episode, parameters: Parameters, sizes: Sizes) -> 
     memory = dataclasses.replace(episode.memory, **dict(zip(MEMORY, learnt, strict=True))) if one else learnt[0]
     noted = dict(zip(notes, found[len(kept) :], strict=True))
     return dataclasses.replace(episode, state=state, memory=memory), noted
+
+
+def _call_in_place(name: str, episode: Episode, parameters: Parameters, sizes: Sizes, threads: int) -> None:
+    given, kept = given_arrays(episode, parameters), kept_arrays(episode)
+    nothing = [None] * (len(STATE) + len(MEMORY) - len(kept) + len(notes_shapes(sizes)))
+    library.call(name, sizes.as_array(), [*given, *kept, *nothing], threads)
