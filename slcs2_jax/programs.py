@@ -61,6 +61,11 @@ class CompiledSlots:
             self._shard(nothing), *self._given(), self._shard(np.ones(self.computed, bool)), self._parameters
         )
 
+    @property
+    def compiled(self) -> str:
+        """The text of the program for a chunk."""
+        return str(self._advance.as_text())
+
     def room(self, certain: int) -> int:
         """How many slots there are for the cost of so many episodes: all."""
         return self.computed

@@ -125,6 +125,11 @@ class Rollout:
         """Time-steps that ``advance`` makes."""
         return self._periods * self._parameters.sharing_period
 
+    @property
+    def compiled(self) -> str:
+        """The text of XLA's program for a chunk; nothing where the native chunk computes."""
+        return self._in.compiled if isinstance(self._in, CompiledSlots) else ""
+
     def vacant(self) -> list[int]:
         """Slots without a job."""
         return [slot for slot, job in enumerate(self._jobs) if job is None]
