@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from slcs2_jax.episode import Episode, Parameters
@@ -40,6 +39,7 @@ LEARNING = ("alpha_grasp", "alpha_q", "alpha_q_final", "beta_q", "trace_decay")
 FAILURES = ("rate", "recovery", "count")
 EMITTERS = ("exists", "route_x", "route_y", "emission", "motion", "level", "speed", "duty", "dwell")
 WORD = 32  # bits
+MOST_KEPT = len(STATE) + len(JAMMERS) + len(FAILING) + len(MEMORY)  # arrays that a call changes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,6 +142,7 @@ def notes_shapes(sizes: Sizes) -> dict[str, jax.ShapeDtypeStruct]:
 def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
     """What a call reads."""
     arena: Arena = episode.arena
+    xp = arena.time_limit.__array_namespace__()  # NumPy or JAX
     walls = [getattr(side, name) for side in (arena.walls.vertical, arena.walls.horizontal)
              for name in ("at", "low", "high")]  # fmt: skip
     rules, failures = episode.given, parameters.physics.swarm.failures
@@ -150,14 +151,14 @@ def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
         *walls,
         rules.mask,
         rules.action,
-        jnp.zeros(0, bool) if rules.reflex is None else rules.reflex,
-        *_emitters(arena.emitters),
-        jnp.zeros(0, jnp.int32) if failures is None else failures.times,
-        _scalars(parameters),
+        xp.zeros(0, bool) if rules.reflex is None else rules.reflex,
+        *_emitters(arena.emitters, xp),
+        xp.zeros(0, xp.int32) if failures is None else failures.times,
+        _scalars(parameters, xp),
     ]
 
 
-def _scalars(parameters: Parameters) -> jax.Array:
+def _scalars(parameters: Parameters, xp: Any) -> Any:
     physics = parameters.physics
     radio, failures = physics.radio, physics.swarm.failures
     sections = (
@@ -169,22 +170,23 @@ def _scalars(parameters: Parameters) -> jax.Array:
     values = [getattr(section, name) for section, names in sections for name in names]
     fails = [np.float32(0) if failures is None else getattr(failures, name) for name in FAILURES]
     (fading,) = jax.tree.leaves(radio.fading) or [np.float32(0)]
-    return jnp.stack([jnp.asarray(value).astype(jnp.float32) for value in (fading, *values, *fails)])
+    return xp.stack([xp.asarray(value, xp.float32) for value in (fading, *values, *fails)])
 
 
-def _emitters(emitters: Emitters | None) -> list[Any]:
+def _emitters(emitters: Emitters | None, xp: Any) -> list[Any]:
     if emitters is None:
-        return [jnp.zeros(0, jnp.float32)] * len(EMITTERS)
+        return [xp.zeros(0, xp.float32)] * len(EMITTERS)
     arrays = {name: getattr(emitters, name) for name in EMITTERS}
     for name, said, known in (("emission", emitters.emissions, EMISSIONS), ("motion", emitters.motions, MOTIONS)):
-        arrays[name] = jnp.asarray([known.index(one) for one in said], jnp.int32)[arrays[name]]
+        arrays[name] = xp.asarray([known.index(one) for one in said], xp.int32)[arrays[name]]
     return list(arrays.values())
 
 
 def kept_arrays(episode: Episode) -> list[Any]:
     """What a call changes."""
     state, memory = episode.state, episode.memory
-    nothing = jnp.zeros((0, *state.t.shape), jnp.float32)
+    xp = state.t.__array_namespace__()
+    nothing = xp.zeros((0, *state.t.shape), xp.float32)
     jammers = [nothing if state.jammers is None else getattr(state.jammers, name) for name in JAMMERS]
     failing = [nothing if state.down is None else getattr(state, name) for name in FAILING]
     learnt = [getattr(memory, name) for name in MEMORY] if isinstance(memory, Memory) else [memory]

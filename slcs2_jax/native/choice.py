@@ -43,14 +43,17 @@ def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
     return None
 
 
+def expected(compute: Compute) -> bool:
+    """Whether the native chunk computes whatever batch has no parts that it does not know."""
+    return compute.native != "off" and runtime.devices(compute)[0].platform == "cpu" and reason_against() is None
+
+
 def computed_on(compute: Compute) -> str:
     """In words, the devices and what computes on them, as a run records it: `2 x cpu (cpu), native chunk`.
 
     Both decide the last bits of a run. Parts that the native chunk does not know are among the settings that a run has.
     """
-    platform = runtime.devices(compute)[0].platform
-    native = compute.native != "off" and platform == "cpu" and reason_against() is None
-    return f"{runtime.describe_devices(compute)}, {'native chunk' if native else 'XLA'}"
+    return f"{runtime.describe_devices(compute)}, {'native chunk' if expected(compute) else 'XLA'}"
 
 
 def choose(wanted: str, platform: str, parameters: Parameters, arena: Arena, given: Any) -> tuple[bool, str | None]:
