@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slcs2_jax import cli, rollout
+from slcs2_jax import cli, programs
 from slcs2_jax.config import Compute, InputError, Radio, Rules, Search, Settings, Swarm, World
 from slcs2_jax.results import FinishedRun, RunSummary, read_run
 from slcs2_jax.running import driver
@@ -253,9 +253,9 @@ def test_points_that_differ_in_physical_values_alone_are_compiled_once_and_come_
         small(radio=Radio(path_loss_exponent=exponent), swarm=Swarm(agents=AGENTS, packets=packets), compute=compute)
         for exponent, packets in ((2.7, 4), (2.9, 4), (2.7, 3))
     ]
-    rollout._programs.cache_clear()
+    programs._programs.cache_clear()
     swept = driver.evolve(points)
-    assert rollout._programs.cache_info().misses == 1
+    assert programs._programs.cache_info().misses == (1 if native == "off" else 0)  # the native chunk needs none
     assert len({summary.instances for summary in swept}) == len(points)
     [alone] = driver.evolve([points[1]])
     assert alone.instances == swept[1].instances
