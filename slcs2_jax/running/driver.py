@@ -23,7 +23,7 @@ from slcs2_jax.running.batches import make_batches, slots_per_device
 from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import Evaluator
 from slcs2_jax.running.memory import check_memory, check_rows, search_bytes
-from slcs2_jax.running.run import Run, check_knowledge, prepare
+from slcs2_jax.running.run import Run, check_rules, prepare
 from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
@@ -62,7 +62,7 @@ def evolve(
     report = report or Quiet()
     for one in settings:
         check_parts(one.search)
-        check_knowledge(one)
+        check_rules(one)
     summaries, widths = _look(settings)
     runs: dict[int, Run] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:

@@ -14,6 +14,7 @@ from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import Grammar, random_rules
+from slcs2_jax.grammar.live import Bounds, live_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import look, read_timing
@@ -167,10 +168,21 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
     return run
 
 
-def check_knowledge(settings: Settings) -> None:
-    """Refuse a list of knowledge that cannot be used, before anything is made of the run. InputError."""
-    if settings.knowledge.mode != "none" and (settings.run_dir is None or look(settings)[0] is None):
-        Knowledge.of(settings, Grammar.of(settings))
+def check_rules(settings: Settings) -> None:
+    """Refuse knowledge that cannot be used and a grammar of too few rules, before anything is made of the run.
+
+    Raises InputError.
+    """
+    rules = settings.rules
+    if settings.knowledge.mode == "none" and not rules.distinct:
+        return
+    if settings.run_dir is not None and look(settings)[0] is not None:
+        return
+    grammar = Grammar.of(settings)
+    knowledge = Knowledge.of(settings, grammar)
+    if rules.distinct:
+        problem = _problem(settings, grammar, knowledge, settings.seed)
+        problem.random_solution(problem.supply(), 0)
 
 
 def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
@@ -191,24 +203,34 @@ def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, m
     knowledge = Knowledge.of(settings, grammar)
     for number in counted(range(settings.instances), "worlds made:"):
         scenario = make_scenario(settings, settings.seed + number)
-        problem = Problem(
-            settings=settings.search,
-            agents=settings.swarm.agents,
-            rules=settings.rules.rules,
-            seed=scenario.seed,
-            source=partial(_draw_rules, grammar, settings.rules.codons),
-            vocabulary=grammar.vocabulary,
-            knowledge=knowledge,
-            initial_quality=settings.learning.initial_quality,
-        )
+        problem = _problem(settings, grammar, knowledge, scenario.seed)
         site = Site.of(scenario, settings)
         record = partial(_record, folder, number, scenario.seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances
 
 
-def _draw_rules(grammar: Grammar, codons: int, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    return random_rules(grammar, count, rng, codons=codons)
+def _problem(settings: Settings, grammar: Grammar, knowledge: Knowledge | None, seed: int) -> Problem:
+    bounds = Bounds.of(settings) if settings.rules.distinct else None
+    return Problem(
+        settings=settings.search,
+        agents=settings.swarm.agents,
+        rules=settings.rules.rules,
+        seed=seed,
+        source=partial(_draw_rules, grammar, settings.rules.codons, bounds),
+        vocabulary=grammar.vocabulary,
+        knowledge=knowledge,
+        initial_quality=settings.learning.initial_quality,
+        distinct=settings.rules.distinct,
+    )
+
+
+def _draw_rules(
+    grammar: Grammar, codons: int, bounds: Bounds | None, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    if bounds is None:
+        return random_rules(grammar, count, rng, codons=codons)
+    return live_rules(grammar, count, rng, codons=codons, bounds=bounds)
 
 
 def _record(folder: RunFolder | None, number: int, seed: int, row: HistoryRow) -> None:

@@ -131,3 +131,25 @@ def test_a_checkpoint_has_room_for_the_deployments_of_finals(tmp_path):
         for change in ({}, {"name": "slcs2"})
     ]
     assert limits[0] - limits[1] > 2 * 5 * 999 * 20 * 3 * 800
+
+
+def test_distinct_rules_that_can_hold(tmp_path):
+    def run(name: str, generations: int = 10) -> slcs2.Settings:
+        wanted = settings(tmp_path / name, generations=generations)
+        return dataclasses.replace(wanted, rules=slcs2.Rules(rules=60, distinct=True), instances=1)
+
+    slcs2.evolve(run("once"))
+    slcs2.evolve(run("further", 5))
+    slcs2.evolve(run("further"))
+    assert results(tmp_path / "further") == results(tmp_path / "once")
+    best = slcs2.read_run(tmp_path / "once").best(0)
+    fresh = best.origin_kind < 2
+    for agent, ids in enumerate(best.rules.ids()):
+        assert len(set(ids[fresh[agent]].tolist())) == fresh[agent].sum()
+    few = tmp_path / "few.bnf"
+    few.write_text("<rule> ::= packet held => collect from source | no packet held => send to si\n")
+    wanted = dataclasses.replace(run("none"), rules=slcs2.Rules(rules=3, distinct=True, grammar=str(few)))
+    wanted = dataclasses.replace(wanted, knowledge=Knowledge())
+    with pytest.raises(InputError, match=r"rules\.distinct=true: accepted is a grammar with at least 3"):
+        slcs2.evolve(wanted)
+    assert not (tmp_path / "none").exists()
