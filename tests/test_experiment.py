@@ -46,7 +46,7 @@ class Driver(types.ModuleType):
         if settings.run_dir is None:
             one = types.SimpleNamespace(best_fitness=settings.swarm.packets / 1000)
             return types.SimpleNamespace(instances=[one] * settings.instances)
-        folder = RunFolder.open(settings, device="test", grammar_text=lambda: "", record={"width": 16})
+        folder = RunFolder.open(settings, device="test", texts=lambda: {"grammar.bnf": ""}, record={"width": 16})
         done = len(read_run(folder.path).rows)
         folder.append({"instance": 0, "generation": g, "best": g / 1000} for g in range(done, generations))
         one = InstanceSummary(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -18,6 +19,7 @@ from slcs2_jax.grammar.live import Bounds, live_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import look, read_timing
+from slcs2_jax.results.run_folder import GRAMMAR, KNOWLEDGE
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.deployable import of_grammar
 from slcs2_jax.running.instance import Instance
@@ -141,7 +143,7 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
         settings: of the run.
         device: what it is computed on, in words.
         width: slots per device of its batch.
-        as_begun: go on with the grammar that the run was begun with, even if its file is another one now.
+        as_begun: go on with the grammar and knowledge that the run was begun with, even if the files are others now.
 
     Raises:
         InputError: there is no such search; or the folder holds another run, a damaged one, or one that another process
@@ -152,15 +154,15 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
     if settings.run_dir is None:
         grammar = Grammar.of(settings)
         return Run(settings, grammar, None, _instances(settings, grammar, None, make))
-    folder = RunFolder.open(
-        settings, device=device, grammar_text=lambda: Grammar.of(settings).text, record={"width": width}
-    )
+    folder = RunFolder.open(settings, device=device, texts=partial(_texts, settings), record={"width": width})
     try:
-        started = folder.read_grammar()
+        started = {GRAMMAR: folder.read_grammar()}
+        if (known := folder.read_knowledge()) is not None:
+            started[KNOWLEDGE] = known
         if not as_begun:
-            _check_grammar(folder, started, settings)
-        grammar = Grammar.of(settings, started)
-        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, make))
+            _check_texts(folder, started, settings)
+        grammar = Grammar.of(settings, started[GRAMMAR])
+        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, make, known))
         run.restore()
     except BaseException:
         folder.close()
@@ -185,22 +187,34 @@ def check_rules(settings: Settings) -> None:
         problem.random_solution(problem.supply(), 0)
 
 
-def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
-    """Refuse to go on with another text than the run was started with. If the file is gone, the folder has it."""
+def _texts(settings: Settings) -> dict[str, str]:
+    """What the folder of a run keeps, by its name there: the grammar, and the list of knowledge if there is one."""
+    grammar = Grammar.of(settings)
+    knowledge = Knowledge.of(settings, grammar)
+    return {GRAMMAR: grammar.text} | ({} if knowledge is None else {KNOWLEDGE: knowledge.text})
+
+
+def _check_texts(folder: RunFolder, started: Mapping[str, str], settings: Settings) -> None:
+    """Refuse to go on with other texts than the run was started with. Of files that are gone, the folder has them."""
     try:
-        now = Grammar.of(settings)
+        now = _texts(settings)
     except InputError:
         return
-    if now.text != started:
-        raise InputError(
-            f"grammar={now.name}: is not what it was when the run in {folder.path} was started; accepted is "
-            f"the text of {folder.path / 'grammar.bnf'}, or another run_dir"
-        )
+    said = {GRAMMAR: f"grammar={settings.rules.grammar}", KNOWLEDGE: f"knowledge.rules={settings.knowledge.rules}"}
+    for name, text in now.items():
+        if text != started[name]:
+            raise InputError(
+                f"{said[name]}: is not what it was when the run in {folder.path} was started; accepted is "
+                f"the text of {folder.path / name}, or another run_dir"
+            )
 
 
-def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, make: MakeSearch) -> list[Instance]:
+def _instances(
+    settings: Settings, grammar: Grammar, folder: RunFolder | None, make: MakeSearch, known: str | None = None
+) -> list[Instance]:
+    """`known`: the list of knowledge that the run was begun with."""
     instances = []
-    knowledge = Knowledge.of(settings, grammar)
+    knowledge = Knowledge.of(settings, grammar, known)
     for number in counted(range(settings.instances), "worlds made:"):
         scenario = make_scenario(settings, settings.seed + number)
         problem = _problem(settings, grammar, knowledge, scenario.seed)
