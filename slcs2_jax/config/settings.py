@@ -131,7 +131,11 @@ class Search(Section):
         6, "informed: deployments of each finalist in each round", reason="untuned", low=1, high=1000
     )
     final_every: int = setting(
-        20, "informed: generations from final to final, its own included", reason="untuned", low=3, high=10**7
+        20,
+        "informed: generations from final to final, its own included; with search.episodes there is one, at the end",
+        reason="untuned",
+        low=3,
+        high=10**7,
     )
     fresh_deployments: int = setting(
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
@@ -156,7 +160,7 @@ class Search(Section):
                 f"at least {rounds + self.finalists}: a final of "
                 f"search.finalists={self.finalists} takes {rounds} generations, and needs as many to choose from",
             )
-        if self.generations % self.final_every:
+        if self.episodes is None and self.generations % self.final_every:
             raise refuse("generations", self.generations, f"a multiple of search.final_every={self.final_every}")
 
 

@@ -289,7 +289,7 @@ def most_rows(settings: Settings) -> int:
 def checkpoint_limits(settings: Settings) -> Limits:
     """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
-    finals = search.final_deployments if search.name == "informed" else 0
+    finals = search.final_deployments if search.name in ("informed", "starters") else 0
     each = max(search.min_deployments, search.max_redeployments + 1, finals)
     deployments = max(search.batch * each, search.fresh_deployments)
     members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * finals

@@ -90,6 +90,11 @@ class BaseSearch(ABC):
         rival = float("-inf") if self._best is None else self._best.fitness
         return Race(rival=rival, margin=settings.race_width * self.noise.deviation, **limits, name=name)
 
+    def _fixed(self, solution: Solution, deployments: int) -> Trial:
+        """An empty evaluation of exactly so many deployments."""
+        name = self._name(solution.generation)
+        return Trial(min_deployments=deployments, max_redeployments=deployments - 1, name=name)
+
     def tell(self, solutions: Sequence[Solution], evaluations: Sequence[Evaluation]) -> list[Verdict]:
         """See `Search.tell`. Raises InputError if these were not asked for, or on NaN; nothing is changed then."""
         if not self._asked:

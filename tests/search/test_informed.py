@@ -224,3 +224,40 @@ def test_it_goes_with_other_parts(make, values):
     while not search.finished:
         step(search)
     assert search.best.evaluation.deployments >= 3
+
+
+def test_episodes_end_with_one_final(make):
+    search = search_of(make, episodes=60, generations=500)
+    rounds = []
+    while not search.finished:
+        [solution] = search.ask()
+        final = search._turn(solution.generation)
+        rounds.append(final)
+        if final is None:
+            assert search.episodes + 18 < 60  # (4 + 2) finalists, 3 deployments each
+        step(search)
+    assert rounds[-6:] == [(4, 0), (4, 1), (4, 2), (4, 3), (2, 0), (2, 1)]
+    assert all(one is None for one in rounds[:-6])
+    assert 60 <= search.episodes < 60 + 6
+    assert search.best.evaluation.deployments >= 4
+
+
+@pytest.mark.parametrize("batch", [1, 4])
+@pytest.mark.parametrize("early", [1, 3, 8])
+def test_a_resumed_search_ends_by_its_episodes_alike(make, batch, early):
+    values = {"episodes": 60, "generations": 500, "batch": batch}
+    search = search_of(make, **values)
+    while search.episodes < 60 - 18 and search.generation < 500:
+        step(search, batch)
+    for _ in range(early):
+        if not search.finished:
+            search = again(search)
+            step(search, batch)
+    at_once = search_of(make, **values)
+    while not at_once.finished:
+        step(at_once, batch)
+    while not search.finished:
+        search = again(search)
+        step(search, batch)
+    assert (search.generation, search.episodes) == (at_once.generation, at_once.episodes)
+    assert search.best.solution.equals(at_once.best.solution)
