@@ -12,6 +12,7 @@ import numpy as np
 from slcs2_jax.config import Settings
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
+from slcs2_jax.config.worlds import worlds_of
 from slcs2_jax.looking.recording import Recording
 from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import FinishedRun, SavedSolution
@@ -150,6 +151,8 @@ def changed_settings(settings: Settings) -> list[list[str]]:
 
 def _world(settings: Settings) -> str:
     world = settings.world
+    if settings.worlds:
+        return f"{len(worlds_of(settings))} worlds, deployed in by turns: {', '.join(settings.worlds)}"
     has = [word for word, there in (("buildings", world.buildings), ("a jammer", world.jammer)) if there]
     return (
         f"{cell_of(settings).title}: {world.distance:g} m from source to sink, {' and '.join(has) or 'nothing'} in "

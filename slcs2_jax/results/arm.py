@@ -12,6 +12,7 @@ from slcs2_jax.config.chosen import with_search
 from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
 from slcs2_jax.config.registry import any_name
+from slcs2_jax.config.worlds import worlds_of
 
 
 class Cell(NamedTuple):
@@ -60,7 +61,7 @@ _TITLES = {
 ALGORITHM = (
     "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
     "search.racing", "search.inherit_quality", "search.starts", "search.episodes", "knowledge.mode", "knowledge.start",
-    "learning.initial_quality", "rules.distinct",
+    "learning.initial_quality", "rules.distinct", "worlds",
 )  # fmt: skip
 WORLD = ("environment", "range")
 _EPISODES = "_episodes"  # ends the name of an arm whose searches stop by what they have spent
@@ -101,6 +102,8 @@ def arm_of(settings: Settings, policy: str | None = None) -> str:
         parts.append("no_exchange")
     if settings.rules.distinct:
         parts.append("distinct")
+    if settings.worlds:
+        parts.append(f"{len(worlds_of(settings))}_worlds")
     if settings.rules.grammar != "main":
         parts.append(Path(settings.rules.grammar).stem)
     if search.episodes is not None:

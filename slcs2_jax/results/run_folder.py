@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.worlds import kinds_of
 from slcs2_jax.grammar.source import MAX_BYTES
 from slcs2_jax.results.archive import Limits, read_archive, write_archive
 from slcs2_jax.results.documents import write_document
@@ -290,9 +291,10 @@ def checkpoint_limits(settings: Settings) -> Limits:
     """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
     finals = search.final_deployments if search.name in ("informed", "starters") else 0
-    each = max(search.min_deployments, search.max_redeployments + 1, finals)
-    deployments = max(search.batch * each, search.fresh_deployments)
-    members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * finals
+    worlds = sum(len(kind.seeds) for kind in kinds_of(settings.worlds))
+    each = max(search.min_deployments, search.max_redeployments + 1, finals, worlds)
+    deployments = max(search.batch * each, search.fresh_deployments + worlds)
+    members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * (finals + worlds)
     deployment = 20 * size + 8 * settings.swarm.agents + 64
     return Limits(
         entries=64 + 64 * settings.instances,

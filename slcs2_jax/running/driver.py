@@ -252,6 +252,7 @@ def batch_key(settings: Settings) -> Any:
         *(settings.rules.rules, world.wall_thickness, world.buildings),
         None if grammar in GRAMMARS else settings.rules,
         None if usual else (settings.jammers, world),
+        settings.worlds,
         *(settings.knowledge.mode == "reflex", settings.search.inherit_quality),  # arrays that rule-sets have
     )
 

@@ -14,6 +14,7 @@ import numpy as np
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.registry import KINDS
+from slcs2_jax.config.worlds import worlds_of
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.grammar.live import Bounds, live_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
@@ -133,7 +134,7 @@ class Run:
             self.folder.close()
 
     def _saved(self, instance: Instance, member: Member) -> SavedSolution:
-        return as_saved(member, self.settings, self.grammar.text, instance.site.scenario.seed)
+        return as_saved(member, self.settings, self.grammar.text, instance.site.seed)
 
 
 def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = False) -> Run:
@@ -215,11 +216,13 @@ def _instances(
     """`known`: the list of knowledge that the run was begun with."""
     instances = []
     knowledge = Knowledge.of(settings, grammar, known)
+    shared = [make_scenario(its, seed) for _, its, seed in counted(worlds_of(settings), "worlds made:")]
     for number in counted(range(settings.instances), "worlds made:"):
-        scenario = make_scenario(settings, settings.seed + number)
-        problem = _problem(settings, grammar, knowledge, scenario.seed)
-        site = Site.of(scenario, settings)
-        record = partial(_record, folder, number, scenario.seed)
+        seed = settings.seed + number
+        scenarios = shared or [make_scenario(settings, seed)]
+        problem = _problem(settings, grammar, knowledge, seed)
+        site = replace(Site.of(scenarios[0], settings), scenarios=tuple(scenarios), seed=seed)
+        record = partial(_record, folder, number, seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances
 
@@ -236,6 +239,8 @@ def _problem(settings: Settings, grammar: Grammar, knowledge: Knowledge | None, 
         knowledge=knowledge,
         initial_quality=settings.learning.initial_quality,
         distinct=settings.rules.distinct,
+        worlds=max(1, len(worlds_of(settings))),
+        kinds=max(1, len(settings.worlds)),
     )
 
 
@@ -261,7 +266,7 @@ def _instance_summary(instance: Instance) -> InstanceSummary:
     measured = instance.measurement.deployments
     fresh = [deployment.fitness for deployment in measured]
     return InstanceSummary(
-        seed=instance.site.scenario.seed,
+        seed=instance.site.seed,
         generations=instance.search.generation,
         best_fitness=instance.winner.fitness,
         fresh_mean=statistics.fmean(fresh),

@@ -41,7 +41,7 @@ class Informed(Slcs2):
     def ask(self, count: int = 1) -> list[Solution]:
         """See `Search.ask`: not beyond a round of a final, since the next one depends on it."""
         if not self._asked and not self.finished:
-            most, final = self.settings.episodes, self._schedule.length * self.settings.final_deployments
+            most, final = self.settings.episodes, self._schedule.length * self._each(self.settings.final_deployments)
             if most is not None and self._last is None and self.episodes + final >= most:
                 self._last = self.generation
             count = min(max(1, count), self._stop(self.generation) - self.generation)
@@ -97,6 +97,7 @@ class Informed(Slcs2):
         held = self.members
         if former is not None and all(member.generation != former.generation for member in held):
             held.append(former)
+        held = [member for member in held if member.evaluation.offset is None]
         self._best = max(held, key=lambda member: (self._surely(member), -member.generation))
         return verdict
 
