@@ -35,7 +35,10 @@ COMMANDS: dict[str, Line] = {
     "resume": Line("FOLDER [generations=N]", "interrupted runs go on where they were saved, finished ones further"),
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
-    "experiment": Line("NAME [setting=value ...]", "an experiment of the paper or the calibration study; and a report"),
+    "transfer": Line("FOLDER [setting=value ...]", "winners in worlds that they have not seen: a matrix, a heat map"),
+    "experiment": Line(
+        "NAME [setting=value ...]", "an experiment of the paper or on searches, or the calibration study"
+    ),
     "world": Line("[setting=value ...] [save=FILE]", "the world of a seed in words, and as a file to change and use"),
     "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(
