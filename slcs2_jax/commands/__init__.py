@@ -45,6 +45,7 @@ COMMANDS: dict[str, Line] = {
         "RUN [setting=value ...]", "an episode as an animation or a picture: who sent to whom, and what was lost"
     ),
     "rules": Line("RUN", "a solution's rules in words: what they learnt, how they acted, where they came from"),
+    "found": Line("FOLDER", "what evolution found: reflexes switched off, rules that act most, how packets travel"),
     "parts": Line("[KIND]", "what a swarm, its world and its search are made of, and which setting chooses it"),
     "report": Line("FOLDER", "a page to look at; of many runs also tables, figures, verdicts on the paper's claims"),
 }
