@@ -157,13 +157,13 @@ class BaseSearch(ABC):
             meta={
                 "seed": self.problem.seed,
                 "shape": list(self.problem.shape),
-                "worlds": self.problem.worlds,
                 "episodes": self.episodes,
                 "rng": self.rng.bit_generator.state,
                 "supply": self.supply.state(),
                 "noise": self.noise.state(),
                 "knowledge": self._knowledge_ids(),
                 "kept": self.remember(),
+                **({"worlds": self.problem.worlds} if self.problem.worlds > 1 else {}),
             },
         )
 
@@ -175,8 +175,8 @@ class BaseSearch(ABC):
                 f"search: the state is that of a run of {meta['shape']} agents and rules with seed {meta['seed']}; "
                 f"accepted is {mine[0]} with seed {mine[1]}"
             )
-        if meta["worlds"] != self.problem.worlds:
-            raise InputError(f"search: the state is that of a run in {meta['worlds']} worlds")
+        if (worlds := meta.get("worlds", 1)) != self.problem.worlds:
+            raise InputError(f"search: the state is that of a run in {worlds} worlds")
         if meta["knowledge"] != self._knowledge_ids():
             raise InputError("knowledge.rules: is not the list that the run was begun with; accepted is that one")
         self.generation, self.episodes = state.generation, int(meta["episodes"])
