@@ -35,7 +35,7 @@ COMMANDS: dict[str, Line] = {
     "resume": Line("FOLDER [generations=N]", "interrupted runs go on where they were saved, finished ones further"),
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
-    "transfer": Line("FOLDER [setting=value ...]", "winners in worlds that they have not seen: a matrix, a heat map"),
+    "transfer": Line("FOLDER ... [setting=value ...]", "winners in worlds that they have not seen: a matrix, heat map"),
     "experiment": Line(
         "NAME [setting=value ...]", "an experiment of the paper or on searches, or the calibration study"
     ),

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 TAKES_SETTINGS = False
 HELP = """\
-slcs2 transfer FOLDER [setting=value ...]: the winners of all runs in FOLDER and below it, deployed in worlds that they
-have not seen, beside the designed behaviour: a matrix of means and a heat map
+slcs2 transfer FOLDER [FOLDER ...] [setting=value ...]: the winners of all runs in these folders and below them,
+deployed in worlds that they have not seen, beside the designed behaviour: a matrix of means and a heat map
 
   worlds=LIST           where: [open/short/0..29, jammed/short/0..29]; without it 30 of each environment, of the ranges
                         that the runs have, from seed 9000000. No run may have evolved in one of them
   deployments=1         of each winner in each world
   policy=designed       the behaviour beside them, as in slcs2 evaluate
-  out=FOLDER/transfer   where to: deployments.jsonl (every deployment), transfer.md, matrix.csv, contests.csv,
-                        tables.tex, transfer.png, transfer.svg
+  out=FOLDER/transfer   where to (the first folder's): deployments.jsonl (every deployment), transfer.md, matrix.csv,
+                        contests.csv, tables.tex, transfer.png, transfer.svg
   compute.devices=N     how many devices are used
 Winners of a run with search.inherit_quality are deployed twice: with the quality that they inherited, and without.
 Winners of runs through many worlds (worlds=) are generalists, the others specialists of their kind of world.
@@ -49,7 +49,9 @@ Label = tuple[str, str, str, str]  # name, role, home and quality of a row
 
 def run(arguments: list[str]) -> int:
     """Deploy the winners everywhere, and write what it comes to."""
-    name, given = folder_and_changes("transfer", arguments, OPTIONS)
+    others = [argument for argument in arguments if "=" not in argument and not argument.startswith("-")][1:]
+    rest = [argument for argument in arguments if argument not in others]
+    name, given = folder_and_changes("transfer", rest, OPTIONS)
     try:
         import slcs2_jax.study.transfer  # noqa: F401 (before hours of computing)
     except ImportError as error:
@@ -61,7 +63,7 @@ def run(arguments: list[str]) -> int:
         raise refuse("deployments", deployments, f"a whole number from 1 to {_MOST_DEPLOYMENTS}")
     folder = Path(name)
     passed: list[str] = []
-    runs = _runs(folder, passed)
+    runs = [run for place in dict.fromkeys([folder, *map(Path, others)]) for run in _runs(place, passed)]
     kinds = _kinds(given.get("worlds"), runs)
     out = Path(str(given.get("out") or folder / TRANSFER))
     print_passed(passed)

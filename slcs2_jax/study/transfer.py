@@ -10,10 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from statsmodels.stats.multitest import multipletests
 
 from slcs2_jax.config.worlds import Kind
-from slcs2_jax.study.statistics import ALPHA, Comparison, Values, compare, mean_interval
+from slcs2_jax.study.statistics import Comparison, Values, compare, holm_of, mean_interval, permuted
 from slcs2_jax.study.table import Row, Table
 
 ALL = "all"
@@ -73,7 +72,7 @@ def matrix_table(sources: Sequence[Source]) -> Table:
 
 def contests_table(sources: Sequence[Source]) -> Table:
     """Every source in every kind of world, with its interval over worlds; against the first behaviour, and against the
-    best specialist from elsewhere: pair by pair over worlds (Wilcoxon), with Holm's correction within a kind."""
+    best specialist from elsewhere: pair by pair over worlds, with Holm's correction within a kind."""
     rows: list[Row] = []
     behaviour = next((one for one in sources if one.role == BEHAVIOUR), None)
     for kind in columns(sources):
@@ -87,8 +86,9 @@ def contests_table(sources: Sequence[Source]) -> Table:
             ))  # fmt: skip
     header = (
         "worlds", "evolved in", "what", "inherited quality", "n", "mean", "CI90",
-        "less designed", "Wilcoxon p, designed", "Holm p, designed", "best specialist from elsewhere",
-        "less that", "Wilcoxon p, specialist", "Holm p, specialist",
+        "less designed", "BCa 90, designed", "permutation p, designed", "Holm p, designed", "Wilcoxon p, designed",
+        "best specialist from elsewhere", "less that", "BCa 90, specialist", "permutation p, specialist",
+        "Holm p, specialist", "Wilcoxon p, specialist",
     )  # fmt: skip
     return Table("Against the designed behaviour and the best specialist from elsewhere", header, tuple(rows))
 
@@ -100,18 +100,17 @@ def best_elsewhere(sources: Sequence[Source], kind: str, other: Source) -> Sourc
 
 
 def _contests(pairs: Sequence[tuple[Source, Source | None]], kind: str) -> list[Row]:
-    """For each pair: difference, p, corrected p; None for a source without a rival."""
+    """For each pair: mean difference and its interval, p of the permutation test, the same corrected, Wilcoxon's p;
+    None for a source without a rival."""
     found: list[Comparison | None] = []
+    means: list[float | None] = []
     for one, rival in pairs:
-        itself = rival is None or rival is one
-        found.append(None if itself or rival is None else compare(one.by_world(kind), rival.by_world(kind)))
-    known = [one.p_wilcoxon for one in found if one is not None and one.p_wilcoxon is not None]
-    corrected = iter(multipletests(known, alpha=ALPHA, method="holm")[1]) if known else iter(())
+        both = None if rival is None or rival is one else (one.by_world(kind), rival.by_world(kind))
+        found.append(None if both is None else compare(*both))
+        means.append(None if both is None else permuted(*both))
     return [
-        (None, None, None)
-        if one is None
-        else (one.difference, one.p_wilcoxon, None if one.p_wilcoxon is None else float(next(corrected)))
-        for one in found
+        (None,) * 5 if one is None else (one.difference, one.bootstrap, p, corrected, one.p_wilcoxon)
+        for one, p, corrected in zip(found, means, holm_of(means), strict=True)
     ]
 
 

@@ -73,6 +73,13 @@ def test_bad_input_is_one_line(runs, arguments, says, capfd):
     assert says in line
 
 
+def test_several_folders(runs, tmp_path):
+    folders = [str(runs / name) for name in ("general", "special")]
+    assert cli.main(["transfer", *folders, "worlds=[open/900]", f"out={tmp_path}", "compute.devices=1"]) == 0
+    rows = list(csv.DictReader((tmp_path / "matrix.csv").read_text().splitlines()))
+    assert [row["what"] for row in rows] == ["specialist"] * 2 + ["generalist"] * 2 + ["behaviour"]
+
+
 def test_a_folder_without_runs(tmp_path, capfd):
     assert cli.main(["transfer", str(tmp_path)]) == 2
     assert "accepted is a folder with finished runs of evolution" in capfd.readouterr().err

@@ -9,6 +9,7 @@ from scipy import stats
 from slcs2_jax.results.arm import CELLS, cell_named
 from slcs2_jax.study.collect import collect
 from slcs2_jax.study.overall import overall, overall_table, pairs
+from slcs2_jax.study.statistics import permuted
 from slcs2_jax.study.study import FRESH, studies
 
 ARMS = {"contributions": ("Contributions", ("slcs2", "ailta", "no_exchange"))}
@@ -49,3 +50,15 @@ def test_the_table_has_all_worlds_and_each_range(make):
     assert rows["all short"][3] == 1
     assert rows["all long"][3] == 0
     assert rows["all"][4] == pytest.approx(-0.05)
+
+
+def test_ranks_and_means_can_point_to_different_sides():
+    x, y = np.zeros(20), np.full(20, 0.05)
+    y[:3] = -0.9  # a little better in most pairs, far worse in three
+    assert stats.wilcoxon(x - y).pvalue < 0.1
+    assert (x - y).mean() > 0
+    assert permuted(x, y) > 0.1
+    assert permuted(x, y) == permuted(x, y)
+    assert permuted(x, y - 1) < 0.001
+    assert permuted(x, x) == 1.0
+    assert permuted(x[:1], y[:1]) is None
