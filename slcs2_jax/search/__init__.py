@@ -23,7 +23,7 @@ from slcs2_jax.search.slcs2 import Slcs2
 from slcs2_jax.search.solution import Origin, Solution
 from slcs2_jax.search.starters import Starters
 from slcs2_jax.search.supply import RuleSource, RuleSupply
-from slcs2_jax.search.trial import Race, Trial, counted
+from slcs2_jax.search.trial import Race, Trial, WorldRace, counted
 
 __all__ = [
     "Acceptance",
@@ -60,6 +60,7 @@ __all__ = [
     "Trial",
     "Variation",
     "Verdict",
+    "WorldRace",
     "counted",
     "deployment_key",
     "domination",
