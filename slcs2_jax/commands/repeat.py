@@ -52,7 +52,7 @@ def run(arguments: list[str]) -> int:
         check_free(str(into))
     settings = changed(config.settings, changes)
     with _place(into) as place:
-        _repeat(dataclasses.replace(settings, run_dir=str(place)), config, texts)
+        _repeat(dataclasses.replace(settings, run_dir=str(place), logger="none"), config, texts)
         return _compare(folder, place)
 
 

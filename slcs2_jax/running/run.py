@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -18,6 +18,7 @@ from slcs2_jax.config.worlds import worlds_of
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.grammar.live import Bounds, live_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
+from slcs2_jax.results.loggers import Told
 from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import look, read_timing
 from slcs2_jax.results.run_folder import GRAMMAR, KNOWLEDGE
@@ -44,6 +45,7 @@ class Run:
     grammar: Grammar
     folder: RunFolder | None
     instances: list[Instance]
+    log: Told
     seconds_before: float = 0.0  # of former sessions
     summary: RunSummary | None = None  # once it has ended
 
@@ -103,6 +105,7 @@ class Run:
             wall_seconds=self.seconds_before + seconds,
             env_steps_per_second=rate,
         )
+        self.log.summary(self.summary.to_json())
         if self.folder is None:
             return
         kept = []
@@ -129,7 +132,8 @@ class Run:
             self.folder.write_timing(self.summary.timing())
 
     def close(self) -> None:
-        """Let go of the folder."""
+        """Let go of the folder, and of who is told."""
+        self.log.close()
         if self.folder is not None:
             self.folder.close()
 
@@ -137,7 +141,14 @@ class Run:
         return as_saved(member, self.settings, self.grammar.text, instance.site.seed)
 
 
-def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = False) -> Run:
+def prepare(
+    settings: Settings,
+    *,
+    device: str,
+    width: int,
+    as_begun: bool = False,
+    note: Callable[[str], None] = lambda text: None,
+) -> Run:
     """The run of these settings, from its start or from where its folder stands; the folder stays locked.
 
     Args:
@@ -145,6 +156,7 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
         device: what it is computed on, in words.
         width: slots per device of its batch.
         as_begun: go on with the grammar and knowledge that the run was begun with, even if the files are others now.
+        note: told if its logger fails.
 
     Raises:
         InputError: there is no such search; or the folder holds another run, a damaged one, or one that another process
@@ -154,7 +166,9 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
     make = KINDS["search"].get(settings.search.name)
     if settings.run_dir is None:
         grammar = Grammar.of(settings)
-        return Run(settings, grammar, None, _instances(settings, grammar, None, make))
+        log = Told(settings, note)
+        log.start()
+        return Run(settings, grammar, None, _instances(settings, grammar, None, log, make), log)
     folder = RunFolder.open(settings, device=device, texts=partial(_texts, settings), record={"width": width})
     try:
         started = {GRAMMAR: folder.read_grammar()}
@@ -163,8 +177,10 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
         if not as_begun:
             _check_texts(folder, started, settings)
         grammar = Grammar.of(settings, started[GRAMMAR])
-        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, make, known))
+        log = Told(settings, note)
+        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, log, make, known), log)
         run.restore()
+        log.start()
     except BaseException:
         folder.close()
         raise
@@ -211,7 +227,12 @@ def _check_texts(folder: RunFolder, started: Mapping[str, str], settings: Settin
 
 
 def _instances(
-    settings: Settings, grammar: Grammar, folder: RunFolder | None, make: MakeSearch, known: str | None = None
+    settings: Settings,
+    grammar: Grammar,
+    folder: RunFolder | None,
+    log: Told,
+    make: MakeSearch,
+    known: str | None = None,
 ) -> list[Instance]:
     """`known`: the list of knowledge that the run was begun with."""
     instances = []
@@ -222,7 +243,7 @@ def _instances(
         scenarios = shared or [make_scenario(settings, seed)]
         problem = _problem(settings, grammar, knowledge, seed)
         site = replace(Site.of(scenarios[0], settings), scenarios=tuple(scenarios), seed=seed)
-        record = partial(_record, folder, number, seed)
+        record = partial(_record, folder, log, number, seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances
 
@@ -252,13 +273,14 @@ def _draw_rules(
     return live_rules(grammar, count, rng, codons=codons, bounds=bounds)
 
 
-def _record(folder: RunFolder | None, number: int, seed: int, row: HistoryRow) -> None:
-    if folder is None:
-        return
+def _record(folder: RunFolder | None, log: Told, number: int, seed: int, row: HistoryRow) -> None:
     values = asdict(row)
     if math.isnan(row.novelty):  # the first solution has nobody to differ from
         values["novelty"] = None
-    folder.append([{"instance": number, "seed": seed, **values}])
+    told = {"instance": number, "seed": seed, **values}
+    if folder is not None:
+        folder.append([told])
+    log.generation(told)
 
 
 def _instance_summary(instance: Instance) -> InstanceSummary:
