@@ -27,7 +27,7 @@ ASSUMED = "<!-- assumed values -->"  # where the table stands in docs/model.md
 SECTIONS = {
     "Evolve, evaluate, look": ("slcs2_jax.api", "slcs2_jax.running.evaluator", "slcs2_jax.looking.solutions"),
     "The environment": ("slcs2_jax.env",),
-    "Settings": ("slcs2_jax.config",),
+    "Settings": ("slcs2_jax.config", "slcs2_jax.config.chosen"),
     "Worlds": ("slcs2_jax.world.scenario",),
     "Rules": ("slcs2_jax.grammar",),
     "Policies": (

@@ -176,6 +176,7 @@ KINDS: dict[str, Registry] = {
                 "slcs2": "slcs2_jax.search.slcs2:Slcs2",
                 "random": "slcs2_jax.search.random:RandomSearch",
                 "informed": "slcs2_jax.search.informed:Informed",
+                "starters": "slcs2_jax.search.starters:Starters",
             },
         ),
         Registry(

@@ -19,20 +19,29 @@ Name = tuple[str, int, int]  # stage, generation, deployment
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where a task's deployments take place, and how they are scored."""
+    """Where a task's deployments take place, by turns, and how they are scored.
 
-    scenario: Scenario
+    seed: of the task; deployments with fresh randomness follow from it.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    seed: int
     packets: int
     task: Delivery
 
     @classmethod
     def of(cls, scenario: Scenario, settings: Settings) -> Site:
         """A scenario, with the packets and the task of the settings."""
-        return cls(scenario, settings.swarm.packets, task_of(settings))
+        return cls((scenario,), scenario.seed, settings.swarm.packets, task_of(settings))
+
+    @property
+    def scenario(self) -> Scenario:
+        """The first."""
+        return self.scenarios[0]
 
     def job(self, name: Name, policy: BoundPolicy, key: Key) -> Job:
         """One deployment of a policy here."""
-        return job_of(policy, name, self.scenario, key)
+        return job_of(policy, name, self.scenarios[name[2] % len(self.scenarios)], key)
 
     def score(self, done: Done) -> Deployment:
         """What a deployment here measured."""
@@ -130,10 +139,10 @@ class Measurement:
 
     def job(self, name: Name) -> Job:
         """One fresh deployment."""
-        return self.site.job(name, self.policy, fresh_deployment_key(self.site.scenario.seed, name[2]))
+        return self.site.job(name, self.policy, fresh_deployment_key(self.site.seed, name[2]))
 
     def take(self, name: Name, done: Done) -> None:
         """Receive one."""
         deployment = self.site.score(done)
-        deployment.check(f"seed {self.site.scenario.seed}, fresh deployment {name[2]}")
+        deployment.check(f"seed {self.site.seed}, fresh deployment {name[2]}")
         self.taken[name[2]] = deployment
