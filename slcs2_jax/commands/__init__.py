@@ -36,6 +36,7 @@ COMMANDS: dict[str, Line] = {
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
     "experiment": Line("NAME [setting=value ...]", "an experiment of the paper or the calibration study; and a report"),
+    "suite": Line("ACTION [ENTRY]", "the benchmark: its worlds and entries, trainings, evaluations, the table"),
     "world": Line("[setting=value ...] [save=FILE]", "the world of a seed in words, and as a file to change and use"),
     "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(

@@ -36,7 +36,10 @@ def canonical(scenario: Scenario) -> bytes:
         "wall_thickness": _plain(float(scenario.wall_thickness)),
         "shapes": [list(array.shape) for array in arrays],
         "jammers": [
-            {name: _plain(getattr(jammer, name)) for name in ("emission", "motion", "power_db", "speed", "duty", "dwell")}
+            {
+                name: _plain(getattr(jammer, name))
+                for name in ("emission", "motion", "power_db", "speed", "duty", "dwell")
+            }
             | {"route": len(jammer.route)}
             for jammer in scenario.jammers
         ],

@@ -87,6 +87,7 @@ class SuiteWorld:
         """Whole episodes in the budget of a training, however long they last."""
         return self.env_steps // self.time_limit
 
+    @functools.cached_property
     def found(self) -> str:
         """The checksum of the worlds as they are made here and now."""
         every = (self.scenario(seed) for split in SPLITS for seed in self.seeds_of(split))
@@ -94,7 +95,7 @@ class SuiteWorld:
 
     def check(self) -> None:
         """Raise InputError if these are not the worlds that the suite was published with."""
-        found = _found(self.name)
+        found = self.found
         if found != self.sha256:
             raise InputError(
                 f"world {self.name} of {self.version}: its checksum is {found[:16]}...; accepted is "
@@ -164,11 +165,6 @@ def seeds_of(world: SuiteWorld, split: str, count: int | None = None) -> Sequenc
     if count is not None and not 1 <= count <= len(every):
         raise refuse("seeds", count, f"a whole number from 1 to {len(every)}")
     return every[:count]
-
-
-@functools.cache
-def _found(name: str) -> str:
-    return load_suite().worlds[name].found()
 
 
 def _text(name: str) -> str:
