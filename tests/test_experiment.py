@@ -100,7 +100,7 @@ def test_every_arm_in_every_cell_in_one_batch(driver, tmp_path):
     assert {(one.world.range, one.world.time_limit) for one in call} == {("short", 20_000), ("long", 40_000)}
     found = folders(tmp_path / "root")
     assert len(found) == 48
-    assert "ailta/urban_jammed_long/seed_001" in found
+    assert "ailta/urban_jammed_long/seed_7001" in found
     for path in found:
         arm, cell, seed = path.split("/")
         settings = read_run(tmp_path / "root" / path).settings
@@ -166,7 +166,7 @@ def test_the_designed_behaviour_is_deployed_once_in_the_same_worlds(driver, tmp_
     assert cli.main(["experiment", "designed", "generations=2", *tiny]) == 0
     evolved = {(one.world, one.seed) for one in driver.calls[-1]}
     assert {(one.world, one.seed) for call in driver.deployed for one in call} == evolved
-    summary = read_run(tmp_path / "root/designed/urban_short/seed_001").summary
+    summary = read_run(tmp_path / "root/designed/urban_short/seed_2001").summary
     assert summary is not None
     assert summary["fitness"] == pytest.approx([-0.094, -0.084, -0.074])
     assert "Experiment 2: evolved against designed behaviour: after 2 generations" in capsys.readouterr().out
@@ -174,7 +174,7 @@ def test_the_designed_behaviour_is_deployed_once_in_the_same_worlds(driver, tmp_
     assert cli.main(["experiment", "designed", "generations=3", *tiny]) == 0  # further evolution is no other deployment
     assert len(driver.deployed) == calls
     assert cli.main(["experiment", "designed", "generations=3", *tiny, "instances=3"]) == 0
-    assert [one.seed for call in driver.deployed[calls:] for one in call] == [2, 2]
+    assert [one.seed for call in driver.deployed[calls:] for one in call] == [2, 2002]
     assert cli.main(["experiment", "designed", "generations=3", *tiny, "search.fresh_deployments=4"]) == 2
     assert "search.fresh_deployments=4: run_dir=" in capsys.readouterr().err.splitlines()[-1]
 
@@ -189,6 +189,18 @@ def test_a_behaviour_that_has_changed_is_not_mixed_with_what_it_was(driver, sile
     assert cli.main(["experiment", "designed", "instances=2", *tiny]) == 2
     assert "designed was another behaviour when it was deployed there" in capsys.readouterr().err
     assert folders(tmp_path / "root") == ["designed/open_short/seed_000"]
+
+
+def test_no_two_cells_share_a_seed(driver, silent, tmp_path, capsys):
+    tiny = ["instances=2", "generations=1", "range=short", "run_dir=root", "arm=evolved"]
+    assert cli.main(["experiment", "designed", *tiny, "seed=7"]) == 0
+    assert sorted(one.seed for one in driver.calls[0]) == [7, 8, 1007, 1008, 2007, 2008, 3007, 3008]
+    assert cli.main(["experiment", "designed", *tiny, "experiment.apart=0"]) == 0
+    assert {one.seed for one in driver.calls[1]} == {0, 1}
+    assert cli.main(["experiment", "designed", *tiny, "experiment.apart=-1"]) == 2
+    assert "experiment.apart=-1: accepted is a whole number" in capsys.readouterr().err
+    assert cli.main(["experiment", "designed", *tiny, "seed=2147483000"]) == 2
+    assert "seed=2147484000" in capsys.readouterr().err
 
 
 def test_a_deployment_that_was_interrupted_while_it_was_written(driver, silent, tmp_path):
@@ -307,8 +319,8 @@ def test_the_folder_follows_from_arm_cell_and_seed(tmp_path):
     contributions = experiments()["contributions"]
     config = {"instances": 2, "seed": 8, "environment": "urban", "world": {"buildings": True}}
     found = [one.settings for one in plan(tmp_path, config, contributions, ["no_novelty"])]
-    assert [one.run_dir for one in found] == [str(tmp_path / f"ailta/urban_short/seed_00{seed}") for seed in (8, 9)]
-    assert [run_folder(tmp_path, one) for one in found] == [tmp_path / f"ailta/urban_short/seed_00{s}" for s in (8, 9)]
+    assert [one.run_dir for one in found] == [str(tmp_path / f"ailta/urban_short/seed_200{seed}") for seed in (8, 9)]
+    assert [run_folder(tmp_path, one) for one in found] == [tmp_path / f"ailta/urban_short/seed_200{s}" for s in (8, 9)]
 
 
 def test_experiments_share_their_plain_arm():

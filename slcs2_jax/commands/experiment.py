@@ -40,7 +40,7 @@ Exit code: 0 done, 2 bad input (one line says what), 130 interrupted.
 """
 ROOT = "runs/experiments"  # of all experiments, so that they find each other's runs
 JOBS = "jobs"  # folder below the experiment's
-_NODE = ("name", "title", "arms")
+_NODE = ("name", "title", "arms", "apart")
 _OWN = ("experiment", "calibration", "arm", "run_dir")  # in the configuration, and no settings of a run
 
 

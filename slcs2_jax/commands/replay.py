@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands import suite_replay
-from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
+from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart, with_swarm
 from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
+slcs2 replay swarm=NAME [...]: of an evolved swarm that comes with slcs2, such as long_urban
 slcs2 replay policy=NAME [...]: of another policy
 slcs2 replay ENTRY suite=WORLD beside=ENTRY [...]: two entries of the benchmark (slcs2 suite list) in the same world
 
@@ -77,6 +78,7 @@ def run(arguments: list[str]) -> int:
     in_suite = options["suite"] is not None
     if in_suite and len(subjects) < 2:
         suite_replay.check(options, subjects, assignments)
+    subjects, assignments = with_swarm(subjects, assignments)
     if len(subjects) > 1 or not (subjects or options["policy"]):
         raise InputError("replay: accepted is slcs2 replay RUN, or policy=NAME (slcs2 replay --help)")
     one_of("picture", options["picture"], ("animation", "layout", "paths"))

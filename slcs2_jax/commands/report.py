@@ -173,9 +173,9 @@ def print_report(report: Report) -> None:
         if finding.evidence[0].count:
             told.setdefault(finding.claim.says, {})[finding.metric] = finding.verdict
     if told:
-        print(f"{'by best fitness':>18} {'by fresh means':>18}")
+        print(f"{'by fresh means':>18} {'by best fitness':>18}")
     for says, verdicts in told.items():
-        print(f"{verdicts.get(BEST, '-'):>18} {verdicts.get(FRESH, '-'):>18}  {says}")
+        print(f"{verdicts.get(FRESH, '-'):>18} {verdicts.get(BEST, '-'):>18}  {says}")
     print(f"report {terminal(str(Path(report.folder) / 'report.md'))}", flush=True)
 
 

@@ -30,6 +30,7 @@ class InstanceSummary(_Finite):
         fresh_mean, fresh_sd: mean and standard deviation of the winner's fitness over its fresh deployments.
         evaluations: episodes run by the search.
         env_steps: time-steps of those episodes.
+        fresh_failed: share of the winner's fresh deployments that delivered nothing; None where it was not kept.
     """
 
     seed: int
@@ -39,6 +40,7 @@ class InstanceSummary(_Finite):
     fresh_sd: float
     evaluations: int
     env_steps: int
+    fresh_failed: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

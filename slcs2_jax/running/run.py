@@ -222,7 +222,8 @@ def _record(folder: RunFolder | None, number: int, seed: int, row: HistoryRow) -
 
 def _instance_summary(instance: Instance) -> InstanceSummary:
     assert instance.measurement is not None
-    fresh = [deployment.fitness for deployment in instance.measurement.deployments]
+    measured = instance.measurement.deployments
+    fresh = [deployment.fitness for deployment in measured]
     return InstanceSummary(
         seed=instance.site.scenario.seed,
         generations=instance.search.generation,
@@ -231,4 +232,5 @@ def _instance_summary(instance: Instance) -> InstanceSummary:
         fresh_sd=spread(fresh),
         evaluations=instance.evaluations,
         env_steps=instance.env_steps,
+        fresh_failed=statistics.fmean(deployment.delivered == 0 for deployment in measured),
     )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.results.arm import CELLS, Cell, cell_named
-from slcs2_jax.study.statistics import ALPHA, Comparison, Interval, contrast, share_interval
+from slcs2_jax.study.statistics import ALPHA, Comparison, Interval, contrast, power, share_interval
 from slcs2_jax.study.study import Contest, Study
 
 ALIKE = 0.1  # fitness; means that differ by less, 5 % of the fitness range, count as alike
@@ -73,6 +73,7 @@ class Evidence:
         value: our difference in fitness, or share of failures; interval: its 90 % interval.
         paper: the paper's figure, if it prints one; fits: does our interval hold it?
         p, p_holm, p_wilcoxon, a12, a12_interval: see `Comparison`; None for kinds without a comparison of arms.
+        power: chance that so many instances show the paper's figure, were it true; None where it prints none.
     """
 
     place: str
@@ -87,6 +88,7 @@ class Evidence:
     p_wilcoxon: float | None = None
     a12: float | None = None
     a12_interval: Interval | None = None
+    power: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,6 +158,7 @@ def _weigh_arms(claim: Claim, study: Study, place: Cell, metric: str) -> Evidenc
     if other == claim.better:
         found = _turned(found)
     interval = found.bootstrap or Interval(found.difference, found.difference)  # every instance differs alike
+    printed = (claim.paper or {}).get(place.name)
     return Evidence(
         place=place.name,
         verdict=_verdict_on_arms(claim.kind, found, interval),
@@ -167,6 +170,7 @@ def _weigh_arms(claim: Claim, study: Study, place: Cell, metric: str) -> Evidenc
         p_wilcoxon=found.p_wilcoxon,
         a12=found.a12,
         a12_interval=found.a12_interval,
+        power=None if printed is None else power(printed, found),
     )
 
 

@@ -35,6 +35,7 @@ class Outcome:
         curve: float64[generations], best fitness so far; empty for a behaviour that does not evolve.
         fresh: mean fitness of the winner over its fresh deployments; None while the run has not ended.
         deployments: float64[...], fitness of each deployment of a behaviour that does not evolve; empty for others.
+        failed: share of the deployments behind the fresh figure that delivered nothing; None where that is not kept.
         planned: generations that its configuration asks for; 0 for a behaviour that does not evolve.
         evaluations, env_steps, seconds: episodes of the search, their time-steps, and its share of the computing time;
             0 while the run has not ended.
@@ -46,6 +47,7 @@ class Outcome:
     curve: NDArray[np.float64]
     fresh: float | None
     deployments: NDArray[np.float64]
+    failed: float | None
     planned: int
     evaluations: int
     env_steps: int
@@ -140,6 +142,8 @@ def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], flo
         curve.append(best[instance, len(curve)])
     ended = summary["instances"][instance] if evolves and summary else {}
     steps = int(ended.get("env_steps", 0))
+    deployments = np.array(summary.get(DEPLOYED, []), dtype=np.float64)
+    failed = ended.get("fresh_failed") if evolves else float((deployments <= -1).mean()) if len(deployments) else None
     rate = float((run.timing or {}).get("env_steps_per_second", 0.0))  # of all runs that shared the batch
     return Outcome(
         algorithm=arm_of(settings, policy_of(run.record)),
@@ -147,7 +151,8 @@ def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], flo
         seed=settings.seed + instance,
         curve=np.array(curve, dtype=np.float64),
         fresh=ended.get("fresh_mean"),
-        deployments=np.array(summary.get(DEPLOYED, []), dtype=np.float64),
+        deployments=deployments,
+        failed=failed,
         planned=settings.search.generations if evolves else 0,
         evaluations=int(ended.get("evaluations", 0)),
         env_steps=steps,

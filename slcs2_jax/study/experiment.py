@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from slcs2_jax.config import InputError, Settings, settings_from
+from slcs2_jax.config.arguments import whole
 from slcs2_jax.config.conf import conf_dir
 from slcs2_jax.config.door import check_below
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
-from slcs2_jax.results.arm import arm_of, cell_of
+from slcs2_jax.results.arm import CELLS, arm_of, cell_of
 from slcs2_jax.study.collect import POLICY
 
 
@@ -35,21 +36,28 @@ class Planned:
 
 @dataclass(frozen=True)
 class Experiment:
-    """The arms of an experiment by name. The first is the reference."""
+    """The arms of an experiment by name. The first is the reference.
+
+    Attributes:
+        apart: by how much the seeds of each cell begin after those of the cell before; 0: all cells have the same.
+    """
 
     name: str
     title: str
     arms: Mapping[str, Arm]
+    apart: int = 0
 
     @classmethod
     def of(cls, node: Mapping[str, Any]) -> Experiment:
-        """From the node `experiment` of a configuration."""
+        """From the node `experiment` of a configuration; raises InputError."""
         arms = {}
         for name, said in node["arms"].items():
             own = dict(said)
             policy = own.pop(POLICY, None)
             arms[str(name)] = Arm(own, policy)
-        return cls(node["name"], node["title"], arms)
+        return cls(
+            node["name"], node["title"], arms, whole("experiment.apart", node.get("apart", 0), low=0, high=10**6)
+        )
 
     def chosen(self, arm: str) -> list[str]:
         """The arms that arm= of the command line stands for; raises InputError."""
@@ -111,8 +119,9 @@ def plan(root: str | Path, config: Mapping[str, Any], experiment: Experiment, ar
         other = names.setdefault(arm_of(settings, arm.policy), name)
         if other != name:
             raise InputError(f"arm={name}: comes to the same settings as {other}; accepted are arms that differ")
+        first = settings.seed + experiment.apart * CELLS.index(cell_of(settings))
         for instance in range(settings.instances):
-            one = dataclasses.replace(settings, seed=settings.seed + instance, instances=1)
+            one = dataclasses.replace(settings, seed=first + instance, instances=1)
             if arm.policy is not None:  # nothing evolves: however far the others go, it is the same run
                 one = dataclasses.replace(one, search=dataclasses.replace(one.search, generations=1))
             folder = run_folder(root, one, arm.policy)

@@ -23,10 +23,12 @@ is the mean of its deployments in an instance, by either.
 
 *n*: instances that every arm of the table has. *CI90*: Student's t interval of the mean; *BCa 90*: bootstrap \
 interval. *> 0*: share of instances that deliver a greater share of the packets than they use of the time. *A12*: \
-chance that the first arm's result, or that of the value named, is the better one. *Holm p*: Mann-Whitney's, corrected \
-over all cells of the experiment (overall figures: over those), or over all effects of a table of responses. \
-*Superior*: higher mean; significantly, if the CI90s do not overlap and Mann-Whitney's p < 0.1. A *failure* is an \
-instance in which no deployment delivers anything, of a search as of a designed behaviour.
+chance that the first arm's result, or that of the value named, is the better one. *Visible*: the least true \
+difference that so many instances show four times out of five (Mann-Whitney, p < 0.1, samples as spread as these). \
+*Holm p*: Mann-Whitney's, corrected over all cells of the experiment (overall figures: over those), or over all \
+effects of a table of responses. *Superior*: higher mean; significantly, if the CI90s do not overlap and \
+Mann-Whitney's p < 0.1. A *failure* is an instance in which no deployment delivers anything, of a search as of a \
+designed behaviour.
 """
 _SWEEP_NOTES = """\
 A *response* changes one setting and leaves the others at the values named under *compared with*; differences are \

@@ -61,18 +61,18 @@ class Study:
         return self._shared[metric].get(cell, ())
 
     def sample(self, arm: str, place: Cell, metric: str) -> Values:
-        """An arm's figures in the order of `seeds`; overall: of the instances that all the range's cells share.
+        """An arm's figures in the order of `seeds`; overall: of the first instances of each of the range's cells.
 
-        Overall is empty unless every type of the range has results: it is never the mean of fewer worlds.
+        These are as many of each cell as every cell has, so that all count alike. Overall is empty unless every type of
+        the range has results: it is never the mean of fewer worlds.
         """
         cells = [place]
         if place.environment == OVERALL:
             cells = [Cell(environment, place.range) for environment in ENVIRONMENTS]
-        known = [self.figures(arm, cell, metric) for cell in cells]
-        if not all(known):
-            return np.array([], dtype=np.float64)
-        seeds = sorted(set.intersection(*(set(self.seeds(cell, metric)) for cell in cells)))
-        return np.array([own[seed] for own in known for seed in seeds], dtype=np.float64)
+        shared = [self.seeds(cell, metric) if self.figures(arm, cell, metric) else () for cell in cells]
+        count = min(map(len, shared))
+        pairs = [(cell, seed) for cell, seeds in zip(cells, shared, strict=True) for seed in seeds[:count]]
+        return np.array([self.figures(arm, cell, metric)[seed] for cell, seed in pairs], dtype=np.float64)
 
     def figures(self, arm: str, cell: Cell, metric: str) -> dict[int, float]:
         """An arm's figures in a cell by seed, shared with other arms or not."""
@@ -100,10 +100,14 @@ class Study:
         return np.array(curves, dtype=np.float64)
 
     def failed_deployments(self, arm: str, cell: Cell) -> float | None:
-        """Share of single deployments with fitness -1, where each is recorded: of behaviours that do not evolve."""
-        known = [one.deployments for one in self.outcomes if (one.arm, one.cell) == (arm, cell)]
-        shares = [float((values <= -1).mean()) for values in known if len(values)]
-        return sum(shares) / len(shares) if shares else None
+        """Share of single fresh deployments, of an evolved winner or another behaviour, that delivered nothing.
+
+        Over the instances that every arm has; None where one of them has not kept it.
+        """
+        by_seed = {one.seed: one.failed for one in self.outcomes if (one.arm, one.cell) == (arm, cell)}
+        shares = [by_seed.get(seed) for seed in self.seeds(cell, FRESH)] if by_seed else []
+        known = [share for share in shares if share is not None]
+        return sum(known) / len(known) if known and len(known) == len(shares) else None
 
     @cached_property
     def _figures(self) -> dict[str, dict[tuple[str, Cell], dict[int, float]]]:
@@ -242,13 +246,13 @@ def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int,
     """What keeps the comparison from being whole, each in a line; `worlds`: the paper's eight belong to it."""
     lines: list[str] = []
     by_place = {(one.arm, one.cell, one.seed): one for one in outcomes}
-    seeds = sorted({one.seed for one in outcomes})
     cells = [cell for cell in CELLS if any(one.cell == cell for one in outcomes)]
     absent = [cell.title for cell in CELLS if cell not in cells]
     if absent and worlds:
         lines.append(f"no runs at all: {', '.join(absent)}")
     for arm in arms:
         for cell in cells:
+            seeds = sorted({one.seed for one in outcomes if one.cell == cell})
             found = {seed: by_place.get((arm, cell, seed)) for seed in seeds}
             where = f"{arm_title(arm)}, {cell.title}"
             lines += _told(where, "no run", [seed for seed, one in found.items() if one is None], len(seeds))

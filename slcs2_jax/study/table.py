@@ -104,7 +104,7 @@ def comparisons_table(study: Study, metric: str) -> Table:
     """The reference against every other arm in every place."""
     header = (
         "world", "against", "n", "difference", "BCa 90", "Mann-Whitney p", "Holm p", "Wilcoxon p", "A12", "A12 CI90",
-        "superior (the paper's rule)",
+        "visible", "superior (the paper's rule)",
     )  # fmt: skip
     rows: list[Row] = []
     for (arm, place), one in study.comparisons(metric).items():
@@ -116,7 +116,7 @@ def comparisons_table(study: Study, metric: str) -> Table:
         )
         rows.append((
             place.title, arm_title(arm), one.count, one.difference, one.bootstrap, one.p_mann_whitney, one.p_holm,
-            one.p_wilcoxon, one.a12, one.a12_interval, superior,
+            one.p_wilcoxon, one.a12, one.a12_interval, one.visible, superior,
         ))  # fmt: skip
     title = f"{study.title}: {arm_title(study.reference)} less the other arm, {METRICS[metric]}"
     return Table(title, header, tuple(rows))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from slcs2_jax.study.claim import KINDS, Finding, Verdict
+from slcs2_jax.study.claim import KINDS, Evidence, Finding, Verdict
 from slcs2_jax.study.statistics import Interval
 from slcs2_jax.study.study import BEST, FRESH
 from slcs2_jax.study.table import Table
@@ -29,12 +29,15 @@ def plain(finding: Finding) -> dict[str, Any]:
 
 
 def verdicts_table(findings: Sequence[Finding]) -> Table:
-    """Each claim with its verdict by both metrics and the evidence by the paper's."""
+    """Each claim with its verdict by both metrics and the evidence of both: fresh means decide."""
     rows = []
     for pair in _by_claim(findings).values():
         best = pair[BEST]
-        rows.append((best.claim.experiment, best.claim.says, best.verdict, pair[FRESH].verdict, evidence_text(best)))
-    header = ("experiment", "the paper says", "by best fitness", "by fresh means", "how sure (by best fitness)")
+        fresh, own = (f"{evidence_text(pair[metric])}" for metric in (FRESH, BEST))
+        rows.append((best.claim.experiment, best.claim.says, pair[FRESH].verdict, fresh, best.verdict, own))
+    header = (
+        "experiment", "the paper says", "by fresh means", "how sure (fresh)", "by best fitness", "how sure (best)",
+    )  # fmt: skip
     return Table("Verdicts", header, tuple(rows))
 
 
@@ -46,13 +49,20 @@ def _by_claim(findings: Sequence[Finding]) -> dict[str, dict[str, Finding]]:
 
 
 def verdicts_markdown(findings: Sequence[Finding]) -> str:
-    """Each claim with its verdict by both metrics and the evidence by the paper's; then what verdicts mean."""
-    counts = Counter(pair[BEST].verdict for pair in _by_claim(findings).values())
-    told = ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
+    """Each claim with its verdict and evidence by both metrics; then what verdicts mean."""
+    told = {metric: _counts([one for one in findings if one.metric == metric]) for metric in (FRESH, BEST)}
     table = verdicts_table(findings).markdown()
     kinds = "\n".join(f"- *{kind}*: {rule}" for kind, rule in KINDS.items())
     needs = "What a claim of each kind needs, in every world it speaks of:"
-    return f"By best fitness: {told}.\n\n{table}\n{needs}\n\n{kinds}\n"
+    return (
+        f"By fresh means, which decide: {told[FRESH]}. By the search's own best, the paper's figure, which is chosen "
+        f"for being high: {told[BEST]}.\n\n{table}\n{needs}\n\n{kinds}\n"
+    )
+
+
+def _counts(findings: Sequence[Finding]) -> str:
+    counts = Counter(one.verdict for one in findings)
+    return ", ".join(f"{counts[verdict]} {verdict}" for verdict in Verdict)
 
 
 def evidence_text(finding: Finding) -> str:
@@ -76,11 +86,16 @@ def evidence_text(finding: Finding) -> str:
     parts.append(text)
     printed = [one for one in known if one.paper is not None]
     parts += [
-        f"the paper's {one.paper:+.3f} for {one.place} lies {'in' if one.fits else 'outside'} our interval"
+        f"{_seen(one)}the paper's {one.paper:+.3f} for {one.place} lies {'in' if one.fits else 'outside'} our interval"
         f"{'' if one is weakest else _between(one.interval)}"
         for one in printed
     ]
     return "; ".join(parts)
+
+
+def _seen(one: Evidence) -> str:
+    """How likely so few instances were to show what the paper reports."""
+    return "" if one.power is None else f"power {one.power:.2f} for what is printed; "
 
 
 def _between(interval: Interval | None) -> str:

@@ -46,6 +46,7 @@ class Maker:
         best: Sequence[float],
         *,
         fresh: float | None = None,
+        failed: float | None = None,
         planned: int | None = None,
         **own: Any,
     ) -> Path:
@@ -65,6 +66,7 @@ class Maker:
                 fresh_sd=0.1,
                 evaluations=10,
                 env_steps=1000,
+                fresh_failed=failed,
             )
             summary = RunSummary(run_dir="", generations=len(best), instances=(one,), env_steps_per_second=500.0)
             folder.write_timing(summary.timing())

@@ -56,6 +56,8 @@ def test_the_better_arm_may_be_the_other(make):
     assert one.interval.low <= one.value <= one.interval.high
     assert (one.paper, one.fits) == (0.45, False)
     assert one.p == pytest.approx(2 / 70)
+    assert one.power is not None
+    assert 0.9 < one.power < 1.0  # 0.45 is 3.5 standard deviations of these four
 
 
 def test_the_papers_figure_in_our_interval(make):

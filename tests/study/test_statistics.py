@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from slcs2_jax.study.statistics import Interval, compare, contrast, describe, holm, share_interval
+from slcs2_jax.study.statistics import Interval, compare, contrast, describe, holm, power, share_interval
 
 
 def test_mean_and_student_interval():
@@ -140,3 +141,22 @@ def test_contrast_of_different_instances():
     assert interval is not None
     assert interval.low < 0.55 < interval.high
     assert contrast(np.array([0.6]), np.array([0.1, 0.2])) == (pytest.approx(0.45), None)
+
+
+def test_the_power_of_so_many_instances_is_that_of_simulated_ones():
+    rng = np.random.default_rng(0)
+    x, y = rng.normal(0.0, 1.0, (2, 10))
+    one = compare(x, y)
+    assert one.sd is not None
+    assert one.visible is not None
+    assert power(one.visible, one) == pytest.approx(0.8, abs=1e-6)
+    pairs = one.sd * rng.normal(0.0, 1.0, (2, 4000, 10)) + one.visible * np.array([1, 0])[:, None, None]
+    seen = stats.mannwhitneyu(*pairs, axis=1).pvalue < 0.1
+    assert seen.mean() == pytest.approx(0.8, abs=0.03)
+    assert power(0.0, one) == pytest.approx(0.1, abs=1e-6)
+
+
+def test_equal_or_single_samples_have_no_power_that_could_be_told():
+    assert compare([1.0, 1.0], [1.0, 1.0]).visible is None
+    assert power(0.5, compare([1.0, 1.0], [1.0, 1.0])) is None
+    assert compare([0.1], [0.2]).visible is None

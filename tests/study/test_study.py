@@ -36,6 +36,19 @@ def test_arms_are_compared_on_the_instances_that_all_have(make):
     assert "no novelty (AILTA), short open: no run (seed 1)" in one.missing
 
 
+def test_cells_whose_seeds_differ_count_alike_overall(make):
+    counts = dict(zip(SHORT, (3, 2, 4, 2), strict=True))
+    for place, (cell, count) in enumerate(counts.items()):
+        for instance in range(count):
+            make.evolved("slcs2", cell, 1000 * place + instance, [0.1 * place + 0.01 * instance])
+            make.evolved("ailta", cell, 1000 * place + instance, [0.0])
+    [one] = study(make)
+    overall = one.sample("slcs2", cell_named("overall_short"), BEST)
+    assert list(overall) == pytest.approx([0.0, 0.01, 0.1, 0.11, 0.2, 0.21, 0.3, 0.31])
+    assert len(one.sample("slcs2", OPEN, BEST)) == 3
+    assert not [line for line in one.missing if "no run (" in line]
+
+
 def test_arms_are_compared_after_the_generations_that_all_have(make):
     make.evolved("slcs2", "open_short", 0, [0.1, 0.2, 0.9], fresh=0.8)
     make.evolved("ailta", "open_short", 0, [0.1, 0.15], planned=3)

@@ -3,11 +3,12 @@
 import csv
 import io
 
+from slcs2_jax.results.arm import cell_named
 from slcs2_jax.study.collect import collect
 from slcs2_jax.study.experiment import reported_experiments
 from slcs2_jax.study.statistics import Interval
 from slcs2_jax.study.study import BEST, studies
-from slcs2_jax.study.table import Table, comparisons_table, descriptions_table, runs_table
+from slcs2_jax.study.table import Table, comparisons_table, descriptions_table, failures_table, runs_table
 
 TABLE = Table("Of 50 %", ("name", "n", "CI90"), (("a_b", 0.12345, Interval(0.1, 0.98765)), ("c", None, None)))
 
@@ -58,3 +59,16 @@ def test_the_papers_figures_stand_beside_ours(make):
     [row] = csv.DictReader(io.StringIO(comparisons_table(study, BEST).csv()))
     assert (row["difference"], row["A12"]) == ("-0.25", "0.0")
     assert row["superior (the paper's rule)"] == "no novelty (AILTA), non-significantly"
+
+
+def test_failures_of_winners_and_of_the_designed_behaviour_are_counted_alike(make):
+    for seed in range(2):
+        make.evolved("slcs2", "open_short", seed, [0.5], fresh=0.4, failed=0.1 * seed)
+        make.designed("open_short", seed, [-1.0, 0.2, 0.3, 0.4])
+    [study] = studies(collect(make.root), reported_experiments())
+    rows = list(csv.DictReader(io.StringIO(failures_table(study).csv())))
+    assert [row["failed single deployments"] for row in rows] == ["0.05", "0.25"]
+    make.evolved("slcs2", "open_short", 2, [0.5], fresh=0.4)  # did not keep it
+    make.designed("open_short", 2, [0.5])
+    [study] = studies(collect(make.root), reported_experiments())
+    assert study.failed_deployments("slcs2", cell_named("open_short")) is None
