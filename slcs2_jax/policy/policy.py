@@ -120,7 +120,12 @@ def decided(
     if not isinstance(found, tuple) or len(found) != 2:
         raise InputError(f"policy {name!r}: decide returned {type(found).__name__}; accepted are a memory and actions")
     after, action = found
-    shapes = [jax.tree.map(lambda leaf: (jnp.shape(leaf), jnp.result_type(leaf)), one) for one in (memory, after)]
-    if jax.tree.structure(memory) != jax.tree.structure(after) or shapes[0] != shapes[1]:
+    if _form(memory) != _form(after):
         raise InputError(f"policy {name!r}: its memory changes its shape or type; accepted is that of initial_memory")
     return after, checked("policy", name, action, seen.view.x, np.int32)
+
+
+def _form(tree: Any) -> tuple[Any, ...]:
+    """Structure, shapes and types of a pytree."""
+    leaves, structure = jax.tree.flatten(tree)
+    return structure, [(jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves]
