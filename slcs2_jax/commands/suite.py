@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slcs2_jax.commands.looked_at import told_apart
+from slcs2_jax.commands.looked_at import one_of, told_apart
 from slcs2_jax.config import plugins
 from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.escape import terminal
@@ -31,8 +31,9 @@ or policy (.npz), or the name of a policy that plugins=[my_module] brings; sever
   run_dir=runs/suite what is trained and evaluated is kept there, and not computed again
   trainings=N        train, evaluate: so many for each world; by default as the suite says
   episodes=N         train: in place of the budget, for a trial in a run_dir of its own
-  seeds=N            evaluate, table: the first so many test worlds of each kind
-  deployments=N      evaluate: in each test world; by default as the suite says
+  split=test         evaluate, table: test, which is looked at once, or validation, by which entries are tuned
+  seeds=N            evaluate, table: the first so many worlds of each kind
+  deployments=N      evaluate: in each world; by default as the suite says
   out=FOLDER         table: a folder that exists
   compute.*          how the machine is used, as in slcs2 evolve
   hydra/launcher=... train, evaluate: a job for each world (docs/cluster.md)
@@ -40,15 +41,15 @@ Interrupted, the same command goes on. The protocol is docs/suite.md.
 Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 143 interrupted.
 """
 _DEFAULTS: dict[str, Any] = {
-    "world": None, "run_dir": "runs/suite", "trainings": None, "episodes": None, "seeds": None, "deployments": None,
-    "entry": None, "out": None,
+    "world": None, "run_dir": "runs/suite", "split": "test", "trainings": None, "episodes": None, "seeds": None,
+    "deployments": None, "entry": None, "out": None,
 }  # fmt: skip
 OPTIONS = tuple(_DEFAULTS)
 _ACTIONS = {
     "list": (),
     "train": ("world", "run_dir", "trainings", "episodes"),
-    "evaluate": ("world", "run_dir", "trainings", "seeds", "deployments"),
-    "table": ("world", "run_dir", "seeds", "entry", "out"),
+    "evaluate": ("world", "run_dir", "split", "trainings", "seeds", "deployments"),
+    "table": ("world", "run_dir", "split", "seeds", "entry", "out"),
 }
 _KINDS = "kinds"  # in the configuration: names of kinds of worlds; `world` is that of a group of settings
 _COLUMNS = (0, 2, 3, 4, 5, 6, 7, 9, 10, 11, 13)  # of a row, on a terminal
@@ -72,6 +73,7 @@ def run(arguments: list[str]) -> int:
             raise refuse(
                 "setting", name.partition("=")[0], "an option, compute.* or hydra/launcher: the worlds are frozen"
             )
+    one_of("split", options["split"], ("test", "validation"))
     from slcs2_jax.suite.worlds import load_suite
 
     suite = load_suite()
@@ -119,7 +121,7 @@ def _compute(suite: Suite, action: str, subject: str, options: dict[str, Any], o
         if action == "train":
             _train(entries, here, root, compute, counts)
         else:
-            _evaluate(suite, entries, here, root, compute, counts)
+            _evaluate(suite, entries, here, root, compute, counts, options["split"])
         return [0.0] * len(jobs)
 
     primary = Primary(
@@ -133,7 +135,7 @@ def _compute(suite: Suite, action: str, subject: str, options: dict[str, Any], o
     every = f"{_KINDS}={','.join(world.name for world in worlds)}"
     run_hydra(primary, CommandLine((every, *brought, *others), sweep=True), together)
     if action == "evaluate":
-        _print(_collected(suite, root, worlds, counts["seeds"]), [entry.name for entry in entries])
+        _print(_collected(suite, root, worlds, counts["seeds"], options["split"]), [entry.name for entry in entries])
 
 
 def _count(name: str, said: str | None) -> int | None:
@@ -169,6 +171,7 @@ def _evaluate(
     root: Path,
     compute: Compute,
     counts: dict[str, int | None],
+    split: str,
 ) -> None:
     from slcs2_jax.results import Progress
     from slcs2_jax.suite.evaluation import evaluate
@@ -178,16 +181,18 @@ def _evaluate(
         for world in worlds:
             with Progress(deployments, label=f"{entry.name}, {world.name}: deployment") as report:
                 limits = {name: counts[name] for name in ("seeds", "trainings")}
-                evaluate(entry, world, root, compute=compute, deployments=deployments, report=report, **limits)
+                evaluate(
+                    entry, world, root, compute=compute, deployments=deployments, report=report, split=split, **limits
+                )
 
 
 def _collected(
-    suite: Suite, root: Path, worlds: list[SuiteWorld], seeds: int | None, only: tuple[str, ...] = ()
+    suite: Suite, root: Path, worlds: list[SuiteWorld], seeds: int | None, split: str, only: tuple[str, ...] = ()
 ) -> Table:
     from slcs2_jax.suite.measured import shipped_root
     from slcs2_jax.suite.table import collect
 
-    return collect(suite, (root, shipped_root()), worlds, only=only, seeds=seeds)
+    return collect(suite, (root, shipped_root()), worlds, only=only, seeds=seeds, split=split)
 
 
 def _print(table: Table, marked: list[str] | None = None) -> None:
@@ -225,7 +230,7 @@ def _table(suite: Suite, options: dict[str, Any]) -> None:
         raise refuse("out", out, "a folder that exists")
     only = () if options["entry"] is None else tuple(entry.name for entry in chosen(options["entry"]))
     seeds, root = _count("seeds", options["seeds"]), Path(options["run_dir"])
-    table = _collected(suite, root, suite.chosen(options["world"]), seeds, only)
+    table = _collected(suite, root, suite.chosen(options["world"]), seeds, options["split"], only)
     if not table.entries:
         raise InputError(f"run_dir={terminal(str(root))}: holds no results; slcs2 suite evaluate ENTRY makes them")
     _print(table)

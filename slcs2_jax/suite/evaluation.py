@@ -1,4 +1,4 @@
-"""Entries in the test worlds: one look, the same worlds and the same random numbers for all of them."""
+"""Entries deployed in test or validation worlds: the same worlds and the same random numbers for all of them."""
 
 from __future__ import annotations
 
@@ -27,18 +27,20 @@ def evaluate(
     *,
     compute: Compute,
     deployments: int,
+    split: str = "test",
     seeds: int | None = None,
     trainings: int | None = None,
     report: Report,
 ) -> Measured:
-    """Deploy an entry in the test worlds of a kind, unless the folder says what that came to.
+    """Deploy an entry in the worlds of a kind, unless the folder says what that came to.
 
     Args:
         entry, world: what, and where.
         root: folder of artefacts and results; what the suite comes with is looked at after it.
         compute: how the machine is used.
-        deployments: in each test world.
-        seeds: so many test worlds, the first ones; all by default.
+        deployments: in each world.
+        split: test, to be looked at once, or validation, to tune by.
+        seeds: so many worlds, the first ones; all by default.
         trainings: of an entry that is trained, the first so many; by default as the suite says.
         report: who is told of progress.
 
@@ -46,11 +48,11 @@ def evaluate(
         InputError: another checksum, an entry that is not trained or does not fit, or gives what is no number.
         StorageError: the disk refuses.
     """
-    chosen = seeds_of(world, "test", seeds)
+    chosen = seeds_of(world, split, seeds)
     roots = (root, measured.shipped_root())
     numbers = range(world.trainings if trainings is None else trainings)
     deployed = ready(entry, world, chosen[0], roots, numbers)
-    known = measured.load(root, entry.name, world)
+    known = measured.load(root, entry.name, world, split)
     if known is not None and known.digest == deployed.digest and _covers(known, chosen, deployments):
         return known
     world.check()
@@ -68,6 +70,7 @@ def evaluate(
         title=entry.title,
         field=entry.field,
         digest=deployed.digest,
+        split=split,
         seeds=np.array(chosen, np.int64),
         delivered=found.delivered.astype(np.int32),
         steps=found.steps.astype(np.int32),

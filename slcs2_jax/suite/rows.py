@@ -13,7 +13,7 @@ from slcs2_jax.suite.table import Table
 
 HEADER = (
     *("entry", "field", "fitness", "IQM", "better than", "delivered", "time", "gap to the bound"),
-    *("between trainings", "trainings", "test worlds", "deployments", "episodes spent", "env-steps spent"),
+    *("between trainings", "trainings", "worlds", "deployments", "episodes spent", "env-steps spent"),
 )
 
 
@@ -50,7 +50,7 @@ def row(table: Table, entry: str, worlds: Sequence[str]) -> dict[str, Any]:
         "gap to the bound": float(np.mean([table.bounds[world] for world in worlds])) - fitness.value,
         "between trainings": float(np.mean(spreads)) if spreads else None,
         "trainings": _span([len(one.steps) for one in results]),
-        "test worlds": sum(len(one.seeds) for one in results),
+        "worlds": sum(len(one.seeds) for one in results),
         "deployments": sum(one.steps.size for one in results),
         "episodes spent": sum(one.episodes for one in results),
         "env-steps spent": sum(one.env_steps for one in results),

@@ -28,7 +28,7 @@ class Table:
         worlds: kinds of worlds that any entry was measured in, in the suite's order.
         entries: titles by name, in the suite's order, a user's own behind.
         results: by entry and world.
-        bounds: the mean of the best possible fitness in the test worlds of each kind.
+        bounds: the mean of the best possible fitness in the worlds of each kind.
     """
 
     suite: Suite
@@ -71,25 +71,27 @@ def collect(
     *,
     only: Sequence[str] = (),
     seeds: int | None = None,
+    split: str = "test",
 ) -> Table:
     """What these folders hold, the first before the others.
 
-    only: of these entries alone, if any are named. seeds: of so many test worlds of each kind alone, the first ones.
+    only: of these entries alone, if any are named. seeds: of so many worlds of each kind alone, the first ones.
+    split: test or validation.
 
     Raises InputError naming a damaged file, or one of other worlds.
     """
-    names = dict.fromkeys([*ORDER, *(name for root in roots for name in measured.entries_in(root))])
+    names = dict.fromkeys([*ORDER, *(name for root in roots for name in measured.entries_in(root, split))])
     wanted = [name for name in names if not only or name in only]
     results = {}
     for name in wanted:
         for world in worlds:
-            found = measured.find(name, world, roots)
-            found = found if found is None or seeds is None else within(found, seeds_of(world, "test", seeds))
+            found = measured.find(name, world, roots, split)
+            found = found if found is None or seeds is None else within(found, seeds_of(world, split, seeds))
             if found is not None:
                 results[name, world.name] = found
     titles = {entry: one.title for (entry, _), one in results.items()}
     there = [world for world in worlds if any(key[1] == world.name for key in results)]
-    bounds = {world.name: float(best_fitness(world).mean()) for world in there}
+    bounds = {world.name: float(best_fitness(world, split).mean()) for world in there}
     return Table(suite, there, titles, results, bounds)
 
 

@@ -104,6 +104,19 @@ def test_evaluate_prints_rows_side_by_side_and_resumes(trained, in_use, capsys):
     assert (root / "overall.csv").read_text().startswith("entry,field,fitness,IQM")
 
 
+def test_tuning_looks_at_the_validation_worlds_alone(in_use, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    call = ["suite", "evaluate", "designed", "world=few", "split=validation", "deployments=1", "run_dir=r"]
+    assert cli.main(call) == 0
+    world = in_use.worlds["few"]
+    found = load(tmp_path / "r", "designed", world, "validation")
+    assert found.seeds.tolist() == list(world.seeds_of("validation"))
+    assert load(tmp_path / "r", "designed", world) is None
+    assert cli.main(["suite", "table", "world=few", "split=validation", "run_dir=r"]) == 0
+    assert "The designed behaviour" in capsys.readouterr().out
+    assert cli.main(["suite", "table", "world=few", "run_dir=r"]) == 2
+
+
 def test_more_deployments_or_another_policy_are_computed_anew(in_use, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.txt").write_text("packet held => move toward sink\n")
