@@ -74,6 +74,8 @@ def run(arguments: list[str]) -> int:
                 "setting", name.partition("=")[0], "an option, compute.* or hydra/launcher: the worlds are frozen"
             )
     one_of("split", options["split"], ("test", "validation"))
+    if action in ("evaluate", "table"):
+        _check_installed()
     from slcs2_jax.suite.worlds import load_suite
 
     suite = load_suite()
@@ -84,6 +86,16 @@ def run(arguments: list[str]) -> int:
     else:
         _compute(suite, action, subjects[0], options, others)
     return 0
+
+
+def _check_installed() -> None:
+    """Raise InputError without what the table's statistics need."""
+    try:
+        import slcs2_jax.suite.statistics  # noqa: F401
+    except ImportError as error:
+        raise InputError(
+            f"suite: {error.name} is not installed; accepted is an installation with slcs2_jax[analysis]"
+        ) from None
 
 
 def _listing(suite: Suite) -> str:

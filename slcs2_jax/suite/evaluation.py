@@ -14,7 +14,7 @@ from slcs2_jax.results import Report
 from slcs2_jax.running.evaluator import Evaluator
 from slcs2_jax.suite import measured
 from slcs2_jax.suite.deployed import ready
-from slcs2_jax.suite.entries import Entry
+from slcs2_jax.suite.entries import Entry, artefact
 from slcs2_jax.suite.measured import Measured
 from slcs2_jax.suite.training import read_record
 from slcs2_jax.suite.worlds import SuiteWorld, seeds_of
@@ -90,14 +90,7 @@ def _spent(entry: Entry, world: SuiteWorld, trainings: int, roots: Sequence[Path
     """Episodes and time-steps that all trainings took, their validation included; 0 of what is not trained."""
     if not entry.trained:
         return 0, 0
-    episodes = env_steps = 0
-    for number in range(trainings):
-        path = next(
-            root / "artefacts" / entry.name / world.name / f"training_{number}.json"
-            for root in roots
-            if (root / "artefacts" / entry.name / world.name / f"training_{number}.npz").exists()
-        )
-        said = read_record(path)
-        episodes += said["episodes"] + said["validation_episodes"]
-        env_steps += said["env_steps"] + said["validation_env_steps"]
-    return episodes, env_steps
+    files = [artefact(entry, world.name, number, roots) for number in range(trainings)]
+    said = [read_record(file.with_suffix(".json")) for file in files if file is not None]
+    episodes = sum(one["episodes"] + one["validation_episodes"] for one in said)
+    return episodes, sum(one["env_steps"] + one["validation_env_steps"] for one in said)

@@ -1,4 +1,4 @@
-"""The page of the suite: one HTML file with tables to sort, intervals, profiles, and the rules made by hand.
+"""The page of the suite: one HTML file with tables to sort, intervals, profiles, and what the entries are.
 
 And the same as Markdown and CSV, for documentation and spreadsheets.
 """

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -60,6 +62,15 @@ def test_again_from_scratch_it_is_the_same_bytes(trained, tiny, tmp_path):
     for one, other in zip(trainings, again, strict=True):
         assert one.artefact.read_bytes() == other.artefact.read_bytes()
         assert one.record.read_bytes() == other.record.read_bytes()
+
+
+def test_interrupted_before_the_choice_it_goes_on_to_the_same_bytes(trained, tiny, tmp_path):
+    root, trainings = trained
+    shutil.copytree(root / "runs", tmp_path / "runs")
+    again = plan(shipped()["slcs2"], [tiny.worlds["few"]], tmp_path, compute=Compute())
+    assert train(again, Quiet()) == [one.artefact for one in again]
+    for one, other in zip(trainings, again, strict=True):
+        assert one.artefact.read_bytes() == other.artefact.read_bytes()
 
 
 def test_an_artefact_of_another_budget_is_refused(trained, tiny):
@@ -159,8 +170,6 @@ def test_bad_input_is_one_line(in_use, tmp_path, monkeypatch, capsys, arguments,
 
 
 def test_a_changed_world_is_not_trained_in(tiny, tmp_path):
-    import dataclasses
-
     world = dataclasses.replace(tiny.worlds["few"], sha256="0" * 64)
     with pytest.raises(InputError, match="world few of suite-v1: its checksum"):
         train(plan(shipped()["slcs2"], [world], tmp_path, compute=Compute()), Quiet())
@@ -168,8 +177,6 @@ def test_a_changed_world_is_not_trained_in(tiny, tmp_path):
 
 def test_a_damaged_artefact_or_record_is_named(trained, in_use, tmp_path, capsys):
     root, _ = trained
-    import shutil
-
     shutil.copytree(root / "artefacts", tmp_path / "artefacts")
     path = tmp_path / "artefacts/slcs2/few/training_1.npz"
     path.write_bytes(path.read_bytes()[:-40])

@@ -1,4 +1,4 @@
-// The page of the suite: tables whose columns sort, figures, and the rules of entries made by hand.
+// The page of the suite: tables whose columns sort, figures, and the rules or settings of its entries.
 
 function showSuite(index) {
   place("about").replaceChildren(...index.about.map((line) => element("p", {}, line)));
