@@ -35,6 +35,7 @@ or policy (.npz), or the name of a policy that plugins=[my_module] brings; sever
   seeds=N            evaluate, table: the first so many worlds of each kind
   deployments=N      evaluate: in each world; by default as the suite says
   out=FOLDER         table: a folder that exists
+  replays=off        table: on: the page replays the best entry of each field in each kind of worlds
   compute.*          how the machine is used, as in slcs2 evolve
   hydra/launcher=... train, evaluate: a job for each world (docs/cluster.md)
 Interrupted, the same command goes on. The protocol is docs/suite.md.
@@ -42,14 +43,14 @@ Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 
 """
 _DEFAULTS: dict[str, Any] = {
     "world": None, "run_dir": "runs/suite", "split": "test", "trainings": None, "episodes": None, "seeds": None,
-    "deployments": None, "entry": None, "out": None,
+    "deployments": None, "entry": None, "out": None, "replays": False,
 }  # fmt: skip
 OPTIONS = tuple(_DEFAULTS)
 _ACTIONS = {
     "list": (),
     "train": ("world", "run_dir", "trainings", "episodes"),
     "evaluate": ("world", "run_dir", "split", "trainings", "seeds", "deployments"),
-    "table": ("world", "run_dir", "split", "seeds", "entry", "out"),
+    "table": ("world", "run_dir", "split", "seeds", "entry", "out", "replays"),
 }
 _KINDS = "kinds"  # in the configuration: names of kinds of worlds; `world` is that of a group of settings
 _COLUMNS = (0, 2, 3, 4, 5, 6, 7, 9, 10, 11, 13)  # of a row, on a terminal
@@ -247,5 +248,12 @@ def _table(suite: Suite, options: dict[str, Any]) -> None:
         raise InputError(f"run_dir={terminal(str(root))}: holds no results; slcs2 suite evaluate ENTRY makes them")
     _print(table)
     if out is not None:
-        for path in write_all(Path(out), table):
+        replays: Any = ()
+        if options["replays"]:
+            from slcs2_jax.config import Compute
+            from slcs2_jax.suite.measured import shipped_root
+            from slcs2_jax.suite.shown import shown
+
+            replays = shown(table, (root, shipped_root()), Compute())
+        for path in write_all(Path(out), table, replays):
             print(f"written {terminal(str(path))}", flush=True)

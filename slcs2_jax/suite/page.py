@@ -5,7 +5,7 @@ And the same as Markdown and CSV, for documentation and spreadsheets.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,15 @@ from slcs2_jax.suite.table import Table
 Cells = list[dict[str, Any]]
 
 
-def write_all(folder: Path, table: Table) -> list[Path]:
-    """Write index.html, table.md and the tables as CSV into a folder that exists; the files. Raises StorageError."""
+def write_all(folder: Path, table: Table, replays: Iterable[tuple[dict[str, Any], bytes]] = ()) -> list[Path]:
+    """Write index.html, table.md and the tables as CSV into a folder that exists; the files.
+
+    replays: facts and packed episodes, as `shown` gives them.
+
+    Raises StorageError.
+    """
     found = tables(table)
-    files = {"index.html": _page(table, found), "table.md": _markdown(table, found)}
+    files = {"index.html": _page(table, found, replays), "table.md": _markdown(table, found)}
     for name, (_, header, rows) in found.items():
         files[f"{name}.csv"] = csv_text(header, [[cell["text"] for cell in line] for line in rows])
     for name, text in files.items():
@@ -90,7 +95,8 @@ def about(table: Table) -> list[str]:
     return lines + left_out
 
 
-def _page(table: Table, found: Tables) -> str:
+def _page(table: Table, found: Tables, replays: Iterable[tuple[dict[str, Any], bytes]]) -> str:
+    blocks = Blocks()
     index = {
         "about": about(table),
         "tables": [
@@ -100,6 +106,7 @@ def _page(table: Table, found: Tables) -> str:
             if rows
         ],
         "figures": _figures(table),
+        "replays": [{**facts, "replay": blocks.add(packed)} for facts, packed in replays],
         "rules": [
             {"title": one.title, "about": one.about, "text": one.content}
             for name, one in shipped().items()
@@ -108,7 +115,9 @@ def _page(table: Table, found: Tables) -> str:
     }  # fmt: skip
     files = resources.files(__package__) / "page_assets"
     title = f"Benchmark {table.suite.version}"
-    return document(title, files / "suite.html", [files / "suite.js"], index, Blocks())
+    looking = resources.files("slcs2_jax.looking") / "page_assets"
+    programs = [looking / "scene.js", looking / "replay.js", files / "suite.js"]
+    return document(title, files / "suite.html", programs, index, blocks)
 
 
 def _figures(table: Table) -> list[dict[str, Any]]:

@@ -15,6 +15,8 @@ from slcs2_jax.results import Quiet, load_solution
 from slcs2_jax.suite import training
 from slcs2_jax.suite.entries import entry_named, shipped
 from slcs2_jax.suite.measured import load
+from slcs2_jax.suite.shown import best_of_fields
+from slcs2_jax.suite.table import collect
 from slcs2_jax.suite.training import plan, read_record, train
 
 
@@ -64,6 +66,21 @@ def test_again_from_scratch_it_is_the_same_bytes(trained, tiny, tmp_path):
         assert one.record.read_bytes() == other.record.read_bytes()
 
 
+def test_every_search_is_trained_within_the_budget(tiny, tmp_path):
+    """All in one call, where those that can share a batch do."""
+    entries = [entry for entry in shipped().values() if entry.trained]
+    trainings = [
+        one
+        for entry in entries
+        for one in plan(entry, [tiny.worlds["few"]], tmp_path, compute=Compute(), trainings=1, episodes=23)
+    ]
+    assert len(train(trainings, Quiet())) == len(entries) == 6
+    for one in trainings:
+        said = read_record(one.record)
+        assert 23 <= said["episodes"] <= 23 + 5, one.entry.name
+        assert load_solution(one.artefact).rules.action.shape == (4, 100)
+
+
 def test_interrupted_before_the_choice_it_goes_on_to_the_same_bytes(trained, tiny, tmp_path):
     root, trainings = trained
     shutil.copytree(root / "runs", tmp_path / "runs")
@@ -107,10 +124,21 @@ def test_evaluate_prints_rows_side_by_side_and_resumes(trained, in_use, capsys):
     file.unlink()
     assert cli.main(call) == 0
     assert file.read_bytes() == before
-    assert cli.main(["suite", "table", f"run_dir={root}", "world=few", f"out={root}"]) == 0
+    table = collect(in_use, [root], [world])
+    assert best_of_fields(table) == [("few", "designed"), ("few", "slcs2")]
+    facts = [one for one, _ in shown(table, [root], Compute())]
+    assert [one["entry"] for one in facts] == ["The designed behaviour", "SLCS2"]
+    for one in facts:
+        shares = [share for _, share in one["says"]]
+        assert shares == sorted(shares, reverse=True)
+        assert 0 < sum(shares) <= 1 + 1e-9
+        assert all("=>" in text for text, _ in one["says"])
+        assert len(one["rules"]["text"]) == 4 * one["rules"]["rules"]
+    assert cli.main(["suite", "table", f"run_dir={root}", "world=few", f"out={root}", "replays=on"]) == 0
     assert "Four agents only" in capsys.readouterr().out
     page = (root / "index.html").read_text()
     assert "Benchmark suite-v1" in page
+    assert page.count('<script type="application/octet-stream;base64"') == 3  # the tables, and two replays
     assert "| SLCS2 | evolved |" in (root / "table.md").read_text()
     assert (root / "overall.csv").read_text().startswith("entry,field,fitness,IQM")
 

@@ -5,6 +5,24 @@ function showSuite(index) {
   place("tables").replaceChildren(...index.tables.map(sortable));
   place("figures").replaceChildren(...index.figures.map(plot));
   place("rules").replaceChildren(...index.rules.map(shownRules));
+  place("watch").hidden = !index.replays.length;
+  place("replays").replaceChildren(tableOf(replayColumns(index.replays), index.replays));
+}
+
+function replayColumns(replays) {
+  return [
+    ["world", (one) => one.world, ""],
+    ["field", (one) => one.field, ""],
+    ["entry", (one) => element("button", { type: "button", click: () => watch(one) }, one.entry), ""],
+    ["fitness", (one) => figure(one.fitness), "number"],
+  ];
+}
+
+/** Play an episode, and say which rules acted most in it. */
+async function watch(one) {
+  showReplay(unpackReplay(await bytes(one.replay)), one.rules, one);
+  const rows = one.says.map(([text, share]) => element("tr", {}, element("td", { class: "number" }, `${(100 * share).toFixed(1)} %`), element("td", {}, text)));
+  place("says").replaceChildren(...(rows.length ? [element("h3", {}, "The rules that acted most"), element("table", {}, element("tbody", {}, ...rows))] : []));
 }
 
 /** A table with a button in the head of every column; a second press turns the order round. */
