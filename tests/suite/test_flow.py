@@ -12,10 +12,9 @@ import pytest
 from slcs2_jax import cli
 from slcs2_jax.config import Compute, InputError
 from slcs2_jax.results import Quiet, load_solution
-from slcs2_jax.suite import training
+from slcs2_jax.suite import shown, training
 from slcs2_jax.suite.entries import entry_named, shipped
 from slcs2_jax.suite.measured import load
-from slcs2_jax.suite.shown import best_of_fields
 from slcs2_jax.suite.table import collect
 from slcs2_jax.suite.training import plan, read_record, train
 
@@ -106,9 +105,9 @@ def test_evaluate_prints_rows_side_by_side_and_resumes(trained, in_use, capsys):
     root, _ = trained
     call = ["suite", "evaluate", "slcs2,designed", "world=few", f"run_dir={root}"]
     assert cli.main(call) == 0
-    shown = capsys.readouterr().out
-    assert "> SLCS2" in shown
-    assert "> The designed behaviour" in shown
+    printed = capsys.readouterr().out
+    assert "> SLCS2" in printed
+    assert "> The designed behaviour" in printed
     world = in_use.worlds["few"]
     found = load(root, "slcs2", world)
     assert found.steps.shape == (2, 3, 2)
@@ -125,8 +124,8 @@ def test_evaluate_prints_rows_side_by_side_and_resumes(trained, in_use, capsys):
     assert cli.main(call) == 0
     assert file.read_bytes() == before
     table = collect(in_use, [root], [world])
-    assert best_of_fields(table) == [("few", "designed"), ("few", "slcs2")]
-    facts = [one for one, _ in shown(table, [root], Compute())]
+    assert shown.best_of_fields(table) == [("few", "designed"), ("few", "slcs2")]
+    facts = [one for one, _ in shown.shown(table, [root], Compute())]
     assert [one["entry"] for one in facts] == ["The designed behaviour", "SLCS2"]
     for one in facts:
         shares = [share for _, share in one["says"]]
