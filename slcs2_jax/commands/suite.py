@@ -165,16 +165,14 @@ def _train(
     from slcs2_jax.results import Progress
     from slcs2_jax.suite.training import plan, train
 
-    for entry in entries:
-        trainings = plan(
-            entry, worlds, root, compute=compute, trainings=counts["trainings"], episodes=counts["episodes"]
-        )
-        most = max(one.settings.search.generations for one in trainings)
-        with Progress(most, afterwards="now the validation worlds") as report:
-            made = train(trainings, report)
-        for path in made:
-            print(f"artefact {terminal(str(path))}")
-        print(f"{entry.name}: {len(made)} trained, {len(trainings) - len(made)} were there", flush=True)
+    limits = {name: counts[name] for name in ("trainings", "episodes")}
+    trainings = [one for entry in entries for one in plan(entry, worlds, root, compute=compute, **limits)]
+    most = max(one.settings.search.generations for one in trainings)
+    with Progress(most, afterwards="now the validation worlds") as report:
+        made = train(trainings, report)
+    for path in made:
+        print(f"artefact {terminal(str(path))}")
+    print(f"{len(made)} trained, {len(trainings) - len(made)} were there", flush=True)
 
 
 def _evaluate(
