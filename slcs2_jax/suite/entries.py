@@ -35,6 +35,7 @@ _SECTIONS = ("search", "knowledge", "learning", "rules", "acceptance", "exchange
 _OF_THE_SUITE = ("search.episodes", "generations", "search.generations", "search.fresh_deployments")
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}\Z", re.ASCII)
 _LARGEST = 2**24  # bytes of a user's file
+_LONGEST = 80  # letters of a title
 
 
 @dataclass(frozen=True)
@@ -142,7 +143,8 @@ def _list(name: str, text: str, of: str) -> Entry:
     title, colon, about = first.lstrip("# ").partition(":")
     said = first.startswith("#") and bool(colon)
     digest = hashlib.sha256(text.encode()).hexdigest()
-    return Entry(name, title if said else name, about.strip() if said else "", of, digest, content=text)
+    title, about = (title[:_LONGEST], about.strip()) if said else (name, "")
+    return Entry(name, title, about, of, digest, content=text)
 
 
 def _search(name: str, text: str, of: str) -> Entry:
@@ -158,7 +160,7 @@ def _search(name: str, text: str, of: str) -> Entry:
             raise unknown_setting(path)
         if path in _OF_THE_SUITE or (paths[path][0] or path) not in _SECTIONS:
             raise refuse("settings", path, f"settings of {', '.join(_SECTIONS)}, but no budget: the suite gives it")
-    title, about = str(said.get("title", name)), " ".join(str(said.get("about", "")).split())
+    title, about = str(said.get("title", name))[:_LONGEST], " ".join(str(said.get("about", "")).split())
     digest = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
     return Entry(name, title, about, of, digest, content=text, settings=settings)
 
