@@ -39,6 +39,7 @@ COMMANDS: dict[str, Line] = {
     "experiment": Line(
         "NAME [setting=value ...]", "an experiment of the paper or on searches, or the calibration study"
     ),
+    "suite": Line("ACTION [ENTRY]", "the benchmark: its worlds and entries, trainings, evaluations, the table"),
     "world": Line("[setting=value ...] [save=FILE]", "the world of a seed in words, and as a file to change and use"),
     "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(

@@ -187,6 +187,8 @@ KINDS: dict[str, Registry] = {
                 "domination": "slcs2_jax.search.collection:Collection",
                 "ailta": "slcs2_jax.search.ailta:Ailta",
                 "best": "slcs2_jax.search.population:Best",
+                "map_elites": "slcs2_jax.search.map_elites:MapElites",
+                "dominated_novelty": "slcs2_jax.search.dominated_novelty:DominatedNovelty",
             },
         ),
         Registry(
@@ -204,6 +206,7 @@ KINDS: dict[str, Registry] = {
             "which of the solutions under exploration is varied next",
             {
                 "fewest": "slcs2_jax.search.parents:FewestExplorations",
+                "uniform": "slcs2_jax.search.parents:Uniform",
                 "tournament": "slcs2_jax.search.population:Tournament",
             },
         ),
