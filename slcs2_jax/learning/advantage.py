@@ -20,9 +20,9 @@ def advantages(
 ) -> jax.Array:
     """Generalised advantage estimates (Schulman et al. 2016, arXiv 1506.02438, equation 16).
 
-    delta_t = r_t + gamma V(s_t+1) - V(s_t), and A_t = delta_t + gamma lambda A_t+1. Where the task is done
-    nothing is to come: V(s_t+1) is 0. Where time is up, or the data end, what would have come is worth V(s_t+1) (Pardo et al. 2018,
-    arXiv 1712.00378). In neither case does anything of the next episode count.
+    delta_t = r_t + gamma V(s_t+1) - V(s_t), and A_t = delta_t + gamma lambda A_t+1. Where the task is done, nothing is
+    to come: V(s_t+1) is 0. Where time is up, or the data end, what would have come is worth V(s_t+1) (Pardo et al.
+    2018, arXiv 1712.00378). In neither case does anything of the next episode count.
 
     Args:
         reward: float32 [T, ...], of a step.

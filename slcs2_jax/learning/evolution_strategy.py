@@ -17,6 +17,7 @@ from jax.flatten_util import ravel_pytree
 from numpy.typing import NDArray
 
 from slcs2_jax.config.arguments import of_kind
+from slcs2_jax.learning.optimiser import stepped
 from slcs2_jax.learning.strategy_settings import Strategy
 from slcs2_jax.learning.training import Training
 from slcs2_jax.learning.worlds import Worlds
@@ -145,6 +146,6 @@ class _Training(Training):
     def _climb(self, uphill: NDArray[np.float32]) -> None:
         """A step of Adam, and weight decay beside it (Loshchilov and Hutter 2019, arXiv 1711.05101)."""
         settings = self._settings
-        change, self.optimiser = self._optimiser.update(-uphill, self.optimiser)
+        change, self.optimiser = stepped(self._optimiser, -uphill, self.optimiser)
         kept = np.float32(1 - settings.learning_rate * settings.decay)
         self.weights = np.asarray(change) + kept * self.weights

@@ -16,6 +16,7 @@ from slcs2_jax.learning import objective
 from slcs2_jax.learning.advantage import Scale, advantages
 from slcs2_jax.learning.collection import Collector, Episodes, Steps
 from slcs2_jax.learning.ippo_settings import Ippo
+from slcs2_jax.learning.optimiser import stepped
 from slcs2_jax.policy import layers
 
 Measures = dict[str, jax.Array]
@@ -89,7 +90,7 @@ class Update:
         data, scale, measures = self._data(steps, after, learner.scale)
         run = partial(self._step, data)
         (weights, optimiser), taken = jax.lax.scan(run, (weights, learner.optimiser), self._order(data, key))
-        measures |= jax.tree.map(jnp.mean, taken) | {"norm": optax.global_norm(weights)}
+        measures |= jax.tree.map(jnp.mean, taken) | {"norm": _norm(weights)}
         return Learner(weights, optimiser, scale), episodes, measures
 
     def _optimiser(self) -> Any:
@@ -140,7 +141,7 @@ class Update:
         weights, optimiser = carry
         some = jax.tree.map(lambda leaf: leaf[:, places], data)
         (_, measures), gradient = jax.value_and_grad(self.loss, has_aux=True)(weights, some)
-        change, optimiser = self._optimiser().update(gradient, optimiser)
+        change, optimiser = stepped(self._optimiser(), gradient, optimiser)
         return (optax.apply_updates(weights, change), optimiser), measures
 
     def loss(self, weights: Any, data: Data) -> tuple[jax.Array, Measures]:
@@ -169,6 +170,10 @@ class Update:
             "kl": objective.mean(ratio - np.float32(1) - apart, weight),
             "clipped": objective.mean(far.astype(jnp.float32), weight),
         }
+
+
+def _norm(tree: Any) -> jax.Array:
+    return jnp.sqrt(sum((jnp.sum(leaf**2) for leaf in jax.tree.leaves(tree)), jnp.zeros((), jnp.float32)))
 
 
 def _sequences(of_steps: jax.Array, length: int) -> jax.Array:

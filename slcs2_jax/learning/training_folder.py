@@ -99,9 +99,7 @@ class TrainingFolder:
         except (ValueError, OSError):
             found = []
         if len(found) != lines:
-            raise InputError(
-                f"{path}: has fewer than the {lines} lines that the checkpoint goes with, or a damaged one"
-            )
+            raise InputError(f"{path}: has not the {lines} whole lines that the checkpoint goes with")
         self.curve = found
 
     def save(self, tree: Any, counters: Mapping[str, Any]) -> None:
