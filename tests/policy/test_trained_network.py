@@ -67,7 +67,7 @@ def with_layer(name, value):
     ],
 )
 def test_what_is_none_is_refused_by_name(given, message):
-    with pytest.raises(InputError, match="^policy=network: ") as caught:
+    with pytest.raises(InputError, match=r"^policy=network: ") as caught:
         bind("network", given)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
