@@ -86,6 +86,7 @@ class _Training(Training):
         if settings.chunk % period:
             raise refuse("ippo.chunk", settings.chunk, f"a multiple of swarm.sharing_period={period}")
         runtime.configure(of_all.compute)
+        self._settings = settings
         policy = of_kind("policy", self.start.policy, TrainedNetwork)
         self._physics = Physics.of(of_all, self.start.language)
         self._collector = Collector(self._physics, policy, period)
@@ -135,7 +136,7 @@ class _Training(Training):
     def advance(self) -> dict[str, Any]:
         """Collect, learn, and begin new episodes where some are over."""
         key = jax.random.key(int(seed_sequence(self.seed, PURPOSE_NETWORK, 2, self.updates).generate_state(1)[0]))
-        self._learner, self._episodes, measures = _run(self._rule, self._learner, self._episodes, key)
+        self._learner, self._episodes, measures = _run(self._rule, self._learner, self._episodes, key, self._rate())
         state, arena = self._episodes.state, self._episodes.arena
         going = self._physics.task.running(state, arena, self._physics.swarm)
         told, going = jax.device_get((measures, going))
@@ -147,6 +148,12 @@ class _Training(Training):
         if ended.size:
             self._renew(ended)
         return {"update": self.updates, **noted}
+
+    def _rate(self) -> np.float32:
+        """The learning rate of the next update."""
+        settings = self._settings
+        left = 1.0 if settings.anneal is None else max(0.0, 1 - self.env_steps / settings.anneal)
+        return np.float32(settings.learning_rate * left)
 
     def _ended(self, ended: NDArray[np.intp]) -> dict[str, Any]:
         """Mean fitness and packets delivered of the episodes that have ended, those cut short left out."""

@@ -25,6 +25,10 @@ class Ippo(Section):
         status="run", low=1, high=100_000,
     )  # fmt: skip
     learning_rate: float = setting(1e-3, "Adam's", status="run", low=0, high=1)
+    anneal: int | None = setting(
+        None, "env-steps in which the learning rate falls to 0, linearly; null keeps it", unit="env-steps",
+        status="run", low=1, high=10**15,
+    )  # fmt: skip
     gradient_norm: float = setting(0.5, "greatest norm of a gradient", status="run", low=LEAST, high=1e6)
     discount: float = setting(0.99, "gamma, per step", status="run", low=0, high=1)
     gae: float = setting(0.95, "lambda of the advantage estimate", status="run", low=0, high=1)

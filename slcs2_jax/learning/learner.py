@@ -70,13 +70,16 @@ class Update:
         weights = jax.tree.map(jnp.asarray, {"network": network, "value": value})
         return Learner(weights, self._optimiser().init(weights), Scale.new())
 
-    def __call__(self, learner: Learner, episodes: Episodes, key: jax.Array) -> tuple[Learner, Episodes, Measures]:
+    def __call__(
+        self, learner: Learner, episodes: Episodes, key: jax.Array, rate: jax.Array
+    ) -> tuple[Learner, Episodes, Measures]:
         """Collect, then learn.
 
         Args:
             learner: see there.
             episodes: see `collection`.
             key: what the order of the data is drawn from.
+            rate: float32, the learning rate.
 
         Returns:
             Both as they are afterwards, and measures: those of `loss`, averaged; reward, the mean of a step of an
@@ -88,16 +91,14 @@ class Update:
             weights["network"], weights["value"], episodes, self.settings.chunk
         )
         data, scale, measures = self._data(steps, after, learner.scale)
-        run = partial(self._step, data)
+        run = partial(self._step, data, rate)
         (weights, optimiser), taken = jax.lax.scan(run, (weights, learner.optimiser), self._order(data, key))
         measures |= jax.tree.map(jnp.mean, taken) | {"norm": _norm(weights)}
         return Learner(weights, optimiser, scale), episodes, measures
 
     def _optimiser(self) -> Any:
-        settings = self.settings
-        return optax.chain(
-            optax.clip_by_global_norm(settings.gradient_norm), optax.adam(settings.learning_rate, eps=1e-5)
-        )
+        """Adam's direction: the learning rate changes, and is given."""
+        return optax.chain(optax.clip_by_global_norm(self.settings.gradient_norm), optax.adam(1.0, eps=1e-5))
 
     def _data(self, steps: Steps, after: jax.Array, scale: Scale) -> tuple[Data, Scale, Measures]:
         """What the steps come to as data; the scale with their returns; what they were like."""
@@ -136,13 +137,16 @@ class Update:
         ]
         return jnp.concatenate(orders)
 
-    def _step(self, data: Data, carry: tuple[Any, Any], places: jax.Array) -> tuple[tuple[Any, Any], Measures]:
+    def _step(
+        self, data: Data, rate: jax.Array, carry: tuple[Any, Any], places: jax.Array
+    ) -> tuple[tuple[Any, Any], Measures]:
         """One step along the gradient of some sequences."""
         weights, optimiser = carry
         some = jax.tree.map(lambda leaf: leaf[:, places], data)
         (_, measures), gradient = jax.value_and_grad(self.loss, has_aux=True)(weights, some)
         change, optimiser = stepped(self._optimiser(), gradient, optimiser)
-        return (optax.apply_updates(weights, change), optimiser), measures
+        weights = jax.tree.map(lambda old, change: old + rate * change, weights, change)
+        return (weights, optimiser), measures
 
     def loss(self, weights: Any, data: Data) -> tuple[jax.Array, Measures]:
         """What is made small: minus PPO's objective and the entropy, plus the value's squared error.

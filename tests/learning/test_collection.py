@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slcs2_jax as slcs2
-from slcs2_jax.config import Swarm
+from slcs2_jax.config import Swarm, World
 from slcs2_jax.grammar.vocabulary import NO_ACTION
 from slcs2_jax.learning.collection import Collector
 from slcs2_jax.policy import layers
@@ -20,6 +20,12 @@ from slcs2_jax.world.scenario import make_scenario
 from tests.learning.tiny import SETTINGS, ippo
 
 SEEDS, STEPS = range(4_000_000, 4_000_004), 160
+# Far apart, so that agents know more by what others share with them than by what they hear.
+SPREAD = dataclasses.replace(
+    SETTINGS,
+    world=World(distance=600.0, start_radius=200.0, time_limit=150),
+    swarm=Swarm(agents=6, packets=4),
+)
 
 
 @functools.cache
@@ -39,15 +45,15 @@ def collected(recurrent, settings=SETTINGS, likes=300):
 
 @pytest.mark.parametrize("recurrent", [0, 5])
 def test_the_saved_policy_does_the_same_where_it_is_deployed(recurrent):
-    bound, _, (_, ended), steps, _ = collected(recurrent)
+    bound, _, (_, ended), steps, _ = collected(recurrent, SPREAD)
     known = np.array([*bound.policy.actions, NO_ACTION])
     for place, seed in enumerate(SEEDS):
-        recording = slcs2.replay(bound, SETTINGS, seed=seed)
+        recording = slcs2.replay(bound, SPREAD, seed=seed)
         length = len(recording.action)
         np.testing.assert_array_equal(recording.action, known[steps.action[:length, :, place]])
         assert recording.delivered[-1] == ended.state.delivered[place]
         assert steps.running[:, place].sum() == length
-    found = slcs2.Evaluator(SETTINGS)([bound], SEEDS)
+    found = slcs2.Evaluator(SPREAD)([bound], SEEDS)
     np.testing.assert_array_equal(found.delivered[0, :, 0], ended.state.delivered)
     np.testing.assert_array_equal(found.steps[0, :, 0], ended.state.t)
 

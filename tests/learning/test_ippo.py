@@ -40,6 +40,16 @@ def test_a_training_that_was_stopped_goes_on_to_the_same_bytes(tmp_path, recurre
     assert bind(saved.name, saved.given).policy == first.policy
 
 
+def test_nothing_changes_once_the_learning_rate_is_0():
+    once, longer = (
+        learning.train(ippo(anneal=1), TRAINED, seed=1, budget_env_steps=budget).given["network"]
+        for budget in (1, 3000)
+    )
+    np.testing.assert_array_equal(once["out"]["w"], longer["out"]["w"])
+    kept = learning.train(ippo(), TRAINED, seed=1, budget_env_steps=3000).given["network"]
+    assert (kept["out"]["w"] != longer["out"]["w"]).any()
+
+
 @pytest.mark.slow
 def test_it_learns_to_deliver_sooner():
     settings = ippo()
