@@ -19,6 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import fault_campaign_given as given
 import numpy as np
 
 from slcs2_jax.results.archive import read_archive
@@ -183,14 +184,16 @@ _SOME: dict[str, dict[str, Change]] = {
     SUMMARY: {"lists": _with_bytes(_lists)},
     CHECKPOINT: {"members that unpack to gigabytes": _member_bomb},
     SWEEP: {f"a run in {name!r}": sweep_of(name) for name in NAMES},
+    given.WORLD: {"aliases": _with_bytes(_aliases), "long": _with_bytes(lambda: b"a: [" + b"1, " * 10**7 + b"]")},
+    given.GRAMMAR: {"rules that never end": _with_bytes(lambda: b"<a> ::= <a><a>\n" * 10**5)},
 }
 
 
 def changes(bombs: dict[str, bytes]) -> list[tuple[str, str, Change]]:
     """Every hostile change: the file, what is done to it, and how."""
     packed = {name: _with_bytes(lambda data=data: data) for name, data in bombs.items()}  # type: ignore[misc]
-    found = [(file, kind, change) for file in FILES for kind, change in _EVERY.items()]
+    found = [(file, kind, change) for file in (*FILES, *given.FILES) for kind, change in _EVERY.items()]
     found += [(file, kind, change) for file, some in _SOME.items() for kind, change in some.items()]
-    found += [(file, kind, change) for file in (CHECKPOINT, BEST) for kind, change in packed.items()]
+    found += [(file, kind, change) for file in (CHECKPOINT, BEST, given.POLICY) for kind, change in packed.items()]
     links = ("link to a good file", "link to nothing", "pipe", "no permission")
     return found + [(folder, kind, _EVERY[kind]) for folder in FOLDERS for kind in links]

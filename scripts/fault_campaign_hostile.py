@@ -26,6 +26,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import fault_campaign_given as given
 from fault_campaign_damage import Interrupted, _Stop, settings
 from fault_campaign_folders import BEST, ODD_FOLDERS, Change, changes, entries, zeros
 
@@ -74,8 +75,14 @@ def commands(run: Path, scratch: Path) -> dict[str, list[str]]:
     }
 
 
+def _command(name: str, run: Path, scratch: Path) -> list[str]:
+    """By its own name, or by that of the file that it is given."""
+    return given.commands(run, SIZES)[name] if name in given.FILES else commands(run, scratch)[name]
+
+
 def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
     """So many hostile folders, chosen by chance among all kinds, each under one command; then odd names of folders."""
+    given.register_policy()
     figures, good = Figures(), folder / "good"
     good.mkdir(parents=True)
     made = forked(lambda: _make(good), folder, 600)
@@ -85,7 +92,7 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
     trials = [
         (*change, command, state)
         for change in changes(bombs)
-        for command in commands(folder, folder)
+        for command in ([change[0]] if change[0] in given.FILES else commands(folder, folder))
         for state in ("finished", "begun")
     ]
     random.Random(seed).shuffle(trials)
@@ -108,6 +115,7 @@ def _make(good: Path) -> int:
     with contextlib.suppress(Interrupted):
         driver.evolve([settings(good / "begun")], report=_Stop())
     for name in ("finished", "begun"):
+        given.write_given(good / name, settings(good / name))
         write_sweep(good / name, [settings(good / name)])
     return 0
 
@@ -131,7 +139,7 @@ class _Campaign:
             shutil.rmtree(place)
             return
         before = _snapshot(outside)
-        ended = call(commands(run, scratch)[command], self.folder, 10 * (usual.seconds + SECONDS))
+        ended = call(_command(command, run, scratch), self.folder, 10 * (usual.seconds + SECONDS))
         what = f"{file}: {kind}; {state}: {command}"
         self._judge(what, ended, usual, place)
         but = file if kind == "another name of a good file" else ""
@@ -145,7 +153,7 @@ class _Campaign:
             for _ in range(2):
                 place = self.folder / "usual"
                 shutil.copytree(self.folder / "good" / state, place / "runs" / "one")
-                ended = call(commands(place / "runs" / "one", place)[command], self.folder, 600)
+                ended = call(_command(command, place / "runs" / "one", place), self.folder, 600)
                 shutil.rmtree(place)
             self._usual[command, state] = ended
         return self._usual[command, state]

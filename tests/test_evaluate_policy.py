@@ -77,7 +77,7 @@ def test_a_plug_ins_policy_is_evaluated_and_replayed_by_its_name_and_from_a_file
     ("arguments", "message"),
     [
         (["policy=nowhere.txt"], "policy 'nowhere.txt': there is no such policy or file; accepted are"),
-        (["policy=designed", "solution=a.npz"], "solution: not together with policy; accepted is one of the"),
+        (["policy=designed", "solution=a.npz"], "solution: not together with swarm or policy; accepted is one of "),
         (["policy=designed", "deployments=0"], "deployments=0: accepted is a whole number from 1"),
         ([], "or policy=NAME"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.policies import policy_named
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 evaluate solution=PATH [setting=value ...]: deploy a saved solution in fresh scenarios and print its fitness
+slcs2 evaluate swarm=NAME [setting=value ...]: an evolved swarm that comes with slcs2, such as long_urban
 slcs2 evaluate policy=NAME [setting=value ...]: deploy another policy, the same in every agent
 
   solution=PATH     RUN/solutions/instance_000_best.npz
@@ -40,25 +42,29 @@ def run(arguments: list[str]) -> int:
     from slcs2_jax.config.overlay import deployment_primary
     from slcs2_jax.config.overrides import text_of
     from slcs2_jax.results import load_solution
+    from slcs2_jax.results.swarms import swarm_file
 
-    path, policy = text_of(line.overrides, "solution"), text_of(line.overrides, "policy")
-    if not (path or policy or line.show or line.hydra_help):
+    path, swarm, policy = (text_of(line.overrides, name) for name in ("solution", "swarm", "policy"))
+    # not the node of the settings swarm.*, which Hydra would take it for
+    line = dataclasses.replace(line, overrides=tuple(one for one in line.overrides if not one.startswith("swarm=")))
+    if not (path or swarm or policy or line.show or line.hydra_help):
         raise InputError(
-            "solution: has no default; accepted is solution=PATH of a file RUN/solutions/*.npz, or policy=NAME"
+            "solution: has no default; accepted is solution=PATH of a file RUN/solutions/*.npz, swarm=NAME, or "
+            "policy=NAME"
         )
-    if path and policy:
-        raise InputError("solution: not together with policy; accepted is one of the two")
-    solution = load_solution(path) if path else None
+    if sum(given is not None for given in (path, swarm, policy)) > 1:
+        raise InputError("solution: not together with swarm or policy; accepted is one of them")
+    solution = load_solution(path or swarm_file(str(swarm))) if path or swarm else None
 
     def together(jobs: list[Job]) -> list[float]:
-        return [_evaluate_job(job, solution) for job in jobs]
+        return [_evaluate_job(job, solution, swarm) for job in jobs]
 
     evolved = None if solution is None else solution.settings
     run_hydra(deployment_primary("evaluate", evolved, own=_OWN, instances=30), line, together)
     return 0
 
 
-def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
+def _evaluate_job(job: Job, solution: SavedSolution | None, swarm: str | None) -> float:
     from slcs2_jax import runtime
     from slcs2_jax.config.overlay import deployment_settings, take
     from slcs2_jax.native.choice import computed_on
@@ -68,7 +74,7 @@ def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     config, own = take(job.config, *_OWN)
     deployments = _whole_number("deployments", own["deployments"])
     settings = deployment_settings(config, None if solution is None else solution.settings)
-    policy, of_policy = _policy(own, solution)
+    policy, of_policy = _policy(own, solution, swarm)
     if settings.run_dir is not None:
         check_free(settings.run_dir)
     runtime.configure(settings.compute)
@@ -85,10 +91,12 @@ def _evaluate_job(job: Job, solution: SavedSolution | None) -> float:
     return -summary.mean
 
 
-def _policy(own: dict[str, Any], solution: SavedSolution | None) -> tuple[Deployable, dict[str, Any]]:
+def _policy(
+    own: dict[str, Any], solution: SavedSolution | None, swarm: str | None
+) -> tuple[Deployable, dict[str, Any]]:
     """What is evaluated, and what the run folder records of it."""
     if solution is not None:
-        return solution, {"solution": str(own["solution"])}
+        return solution, {"swarm": swarm} if swarm else {"solution": str(own["solution"])}
     from slcs2_jax.commands.deployed import BEHAVIOUR
     from slcs2_jax.study.collect import POLICY
 

@@ -24,6 +24,7 @@ def subject_and_options(
     Raises InputError naming what is not accepted.
     """
     subjects, options, others = told_apart(arguments, defaults)
+    subjects, others = with_swarm(subjects, others)
     if len(subjects) != 1:
         raise InputError(f"{command}: accepted is slcs2 {command} RUN [option=value ...] (slcs2 {command} --help)")
     if others:
@@ -49,6 +50,15 @@ def told_apart(arguments: Sequence[str], defaults: Mapping[str, Any]) -> tuple[l
         else:
             others.append(argument)
     return subjects, options, others
+
+
+def with_swarm(subjects: Sequence[str], others: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Subjects and assignments once more, swarm=NAME as the path of the swarm. Raises InputError if there is none."""
+    from slcs2_jax.results.swarms import swarm_file
+
+    swarms = [text for name, _, text in (other.partition("=") for other in others) if name == "swarm"]
+    rest = [other for other in others if other.partition("=")[0] != "swarm"]
+    return [*subjects, *(str(swarm_file(name)) for name in swarms)], rest
 
 
 def _value(name: str, text: str, default: Any) -> Any:

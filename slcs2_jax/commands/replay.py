@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart
+from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart, with_swarm
 from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
 from slcs2_jax.config.errors import InputError, refuse
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 HELP = """\
 slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
+slcs2 replay swarm=NAME [...]: of an evolved swarm that comes with slcs2, such as long_urban
 slcs2 replay policy=NAME [...]: of another policy
 
 By default the best solution, in the world where it evolved, as an animation. Settings change the world: another
@@ -68,6 +69,7 @@ _MOST_FPS = 100
 def run(arguments: list[str]) -> int:
     """Show the episode that the arguments ask for."""
     subjects, options, assignments = told_apart(arguments, _DEFAULTS)
+    subjects, assignments = with_swarm(subjects, assignments)
     if len(subjects) > 1 or not (subjects or options["policy"]):
         raise InputError("replay: accepted is slcs2 replay RUN, or policy=NAME (slcs2 replay --help)")
     one_of("picture", options["picture"], ("animation", "layout", "paths"))

@@ -11,6 +11,7 @@ from slcs2_jax.config.field import refuse
 TAKES_SETTINGS = False
 HELP = """\
 slcs2 rules RUN [option=value ...]: the rules of a solution in words; RUN is a run folder or a saved solution (.npz)
+slcs2 rules swarm=NAME [...]: of an evolved swarm that comes with slcs2, such as long_urban
 
 For each rule q, zeta, eps and tau; in how many steps of a replay it matched and was chosen; and where it came from.
 Then what each agent did most, and which rules exchange spread through the swarm.

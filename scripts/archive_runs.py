@@ -1,0 +1,58 @@
+"""Finished runs in one file: python scripts/archive_runs.py ROOT OUT.tar.xz.
+
+Of every finished run below ROOT its settings, grammar, rows of all generations, summary, times, and winners; without
+checkpoints and the rest of the collection. The same runs give the same bytes. Unpacked where ROOT was, `slcs2 report`
+makes the same report of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tarfile
+from pathlib import Path
+
+from slcs2_jax.config import InputError
+from slcs2_jax.results import read_run
+from slcs2_jax.results.run_folder import folders_with_config
+
+KEPT = ("config.yaml", "grammar.bnf", "generations.jsonl", "summary.json", "timing.json")
+WINNERS = "solutions/*_best.npz"
+
+
+def files_of(run: Path) -> list[Path]:
+    """What is kept of a run; nothing of one that has not ended."""
+    if read_run(run).summary is None:
+        return []
+    return sorted([*(run / name for name in KEPT if (run / name).is_file()), *run.glob(WINNERS)])
+
+
+def plain(member: tarfile.TarInfo) -> tarfile.TarInfo:
+    """Without what differs from machine to machine."""
+    member.uid = member.gid = member.mtime = 0
+    member.uname = member.gname = ""
+    member.mode = 0o644
+    return member
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", type=Path, help="folder of an experiment, or any with runs below it")
+    parser.add_argument("out", type=Path, help="file to make, .tar.xz; replaced if it is there")
+    arguments = parser.parse_args()
+    if not arguments.root.is_dir():
+        raise InputError(f"root={arguments.root}: no such folder; accepted is one with runs of slcs2")
+    runs = [files for folder in folders_with_config(arguments.root) if (files := files_of(folder))]
+    partial = arguments.out.with_name(arguments.out.name + ".partial")
+    with tarfile.open(partial, "w:xz", preset=9) as archive:
+        for file in (file for files in runs for file in files):
+            archive.add(file, file.relative_to(arguments.root.parent), filter=plain)
+    partial.replace(arguments.out)
+    print(f"{len(runs)} runs, {arguments.out.stat().st_size / 2**20:.2f} MiB: {arguments.out}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        sys.exit(f"archive_runs: error: {error}")

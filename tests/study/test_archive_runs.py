@@ -1,0 +1,55 @@
+"""The scripts that make files for publication out of finished runs."""
+
+import shutil
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+
+from slcs2_jax.results.swarms import swarm_file
+from slcs2_jax.study.report import write_report
+
+SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+
+
+def script(name, *arguments):
+    command = [sys.executable, SCRIPTS / name, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_same_runs_are_the_same_archive_and_give_the_same_report(make, tmp_path):
+    for arm in ("slcs2", "ailta"):
+        for seed in range(2):
+            make.evolved(arm, "open_short", seed, [0.1, 0.2 + seed], fresh=0.15)
+    write_report(make.root, tmp_path / "report")
+    make.evolved("slcs2", "open_short", 7, [0.1], planned=2)  # has not ended
+    for name in ("first.tar.xz", "second.tar.xz"):
+        done = script("archive_runs.py", make.root, tmp_path / name)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith("4 runs, ")
+    assert (tmp_path / "first.tar.xz").read_bytes() == (tmp_path / "second.tar.xz").read_bytes()
+    with tarfile.open(tmp_path / "first.tar.xz") as archive:
+        archive.extractall(tmp_path / "unpacked", filter="data")
+    write_report(tmp_path / "unpacked" / make.root.name, tmp_path / "again")
+    for name in ("contributions_fitness.csv", "verdicts.json"):
+        assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "report" / name).read_bytes()
+
+
+def test_the_swarm_that_ships_is_the_best_by_fresh_deployments(make):
+    for seed, fresh in enumerate([0.2, 0.4, 0.3]):
+        run = make.evolved("slcs2", "urban_long", seed, [0.9 - seed], fresh=fresh)
+        (run / "solutions").mkdir()
+        shutil.copy(swarm_file("long_urban"), run / "solutions" / "instance_000_best.npz")
+    before = swarm_file("long_urban").read_bytes()
+    done = script("ship_swarms.py", make.root)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "long_urban: 0.400, slcs2/urban_long/seed_001/solutions/instance_000_best.npz\n"
+    assert swarm_file("long_urban").read_bytes() == before
+
+
+def test_no_folder_of_runs(tmp_path):
+    for name, more in (("archive_runs.py", [tmp_path / "out.tar.xz"]), ("ship_swarms.py", [])):
+        done = script(name, tmp_path / "nowhere", *more)
+        assert done.returncode == 1
+        assert "no such folder" in done.stderr
+        assert "Traceback" not in done.stderr
