@@ -52,7 +52,11 @@ BESIDE = {
         "slcs2_jax.search.evaluation.Deployment",
         "slcs2_jax.looking.recording.Recording",
     ),
-    "Networks": ("slcs2_jax.learning.ippo.train", "slcs2_jax.learning.evolution_strategy.train"),
+    "Networks": (
+        "slcs2_jax.learning.ippo.train",
+        "slcs2_jax.learning.evolution_strategy.train",
+        "slcs2_jax.learning.algorithms",
+    ),
     "What runs leave behind": ("slcs2_jax.results.reading.FinishedRun", "slcs2_jax.results.summary.RunSummary"),
     "Parts of your own": (
         "slcs2_jax.swarm.view.View",
