@@ -119,13 +119,13 @@ class _Training(Training):
         return float(np.mean(ended)) if ended else math.nan
 
     def _given(self) -> tuple[Any, Any]:
-        """Worlds and keys of the slots' episodes. The first of each slot is cut short, of each at another time, so that
-        slots do not march in step."""
+        """Worlds and keys of the slots' episodes, the first of each slot cut short as `stagger` says."""
         slots, scenarios = len(self.playing), []
         for slot, number in enumerate(self.playing):
             scenario = self.worlds.drawn(self.seed, number)
             if number == slot:
-                scenario = dataclasses.replace(scenario, time_limit=-(-scenario.time_limit * (slot + 1) // slots))
+                cut = -(-self._settings.stagger * (slot + 1) // slots)
+                scenario = dataclasses.replace(scenario, time_limit=min(cut, scenario.time_limit))
             scenarios.append(scenario)
         channels = self.start.channels
         walls, jammers = self._room

@@ -16,10 +16,14 @@ class Ippo(Section):
     SECTION = "ippo"
 
     network: NetworkSettings = field(default_factory=NetworkSettings)
-    episodes: int = setting(32, "episodes side by side", status="run", low=1, high=65_536)
+    episodes: int = setting(128, "episodes side by side", status="run", low=1, high=65_536)
     chunk: int = setting(
         200, "steps of each between updates, whole sharing periods", unit="steps", status="run", low=1, high=100_000
     )
+    stagger: int = setting(
+        4000, "the first of each slot's episodes are cut, at times spread evenly over this, so that slots do not march "
+        "in step: about as long as an episode takes a good swarm", unit="steps", status="run", low=1, high=10**7,
+    )  # fmt: skip
     unroll: int = setting(
         20, "steps that a recurrent network is trained through at a time; a divisor of chunk", unit="steps",
         status="run", low=1, high=100_000,
@@ -40,7 +44,7 @@ class Ippo(Section):
         high_open=True,
     )  # fmt: skip
     epochs: int = setting(2, "times that an update goes through its data", status="run", low=1, high=100)
-    minibatches: int = setting(4, "gradient steps in each", status="run", low=1, high=10_000)
+    minibatches: int = setting(16, "gradient steps in each", status="run", low=1, high=10_000)
     share: float = setting(
         0.25, "share of the data that each goes through, drawn anew: steps side by side are much alike", status="run",
         low=LEAST, high=1,

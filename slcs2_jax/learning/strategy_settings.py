@@ -15,7 +15,7 @@ class Strategy(Section):
 
     SECTION = "strategy"
 
-    network: NetworkSettings = field(default_factory=lambda: NetworkSettings(hidden=(32,), sampled=False))
+    network: NetworkSettings = field(default_factory=lambda: NetworkSettings(hidden=(32,)))
     population: int = setting(
         32, "networks of a generation: pairs of opposite ones", unit="networks", status="run", low=2, high=10_000
     )

@@ -13,6 +13,7 @@ TINY = {
     "ippo.episodes": 16,
     "ippo.chunk": 50,
     "ippo.unroll": 10,
+    "ippo.minibatches": 4,
     "ippo.learning_rate": 3e-3,
     "ippo.snapshot": 4000,
     "network.hidden": [16],
@@ -23,7 +24,7 @@ def test_settings_are_given_by_name_and_are_the_defaults_otherwise():
     assert settings_of("ippo", {}) == Ippo()
     assert settings_of("strategy", {}) == Strategy()
     wide = settings_of("strategy", {"strategy.population": 8, "network.recurrent": 5})
-    assert (wide.population, wide.network.recurrent, wide.network.sampled) == (8, 5, False)
+    assert (wide.population, wide.network.recurrent, wide.network.sampled) == (8, 5, True)
     assert settings_of("ippo", TINY) == dataclasses.replace(ippo())
 
 

@@ -110,6 +110,18 @@ def test_settings_that_do_not_fit_are_refused():
         ippo(network=NetworkSettings(sampled=False))
 
 
+def test_slots_do_not_march_in_step():
+    training = learning._Training(ippo(stagger=32), TRAINED, 0, None)
+    limits = np.asarray(training._given()[0].time_limit)
+    np.testing.assert_array_equal(limits, np.arange(2, 34, 2))  # 16 slots
+    training._renew(np.array([3, 5]))
+    again = np.asarray(training._given()[0].time_limit)
+    assert again[[3, 5]].tolist() == [150, 150]
+    np.testing.assert_array_equal(np.delete(again, [3, 5]), np.delete(limits, [3, 5]))
+    assert training.playing[3] == 16
+    assert training.playing[5] == 17
+
+
 def test_every_world_comes_once_before_any_comes_again():
     worlds = TrainingWorlds.of([(SETTINGS, range(3)), (SETTINGS, [7])])
     drawn = [worlds.drawn(0, number).seed for number in range(12)]

@@ -16,9 +16,9 @@ FRESH = range(4_000_050, 4_000_060)
 
 def ippo(*, recurrent: int = 0, **changes) -> Ippo:
     network = NetworkSettings(hidden=(16,), recurrent=recurrent)
-    small = Ippo(network=network, episodes=16, chunk=50, unroll=10, learning_rate=3e-3, snapshot=4000)
+    small = Ippo(network=network, episodes=16, chunk=50, unroll=10, minibatches=4, learning_rate=3e-3, snapshot=4000)
     return replace(small, **changes)
 
 
 def strategy(**changes) -> Strategy:
-    return replace(Strategy(network=NetworkSettings(hidden=(8,), sampled=False), population=16, worlds=1), **changes)
+    return replace(Strategy(network=NetworkSettings(hidden=(8,)), population=16, worlds=1), **changes)
