@@ -20,7 +20,7 @@ class Strategy(Section):
         32, "networks of a generation: pairs of opposite ones", unit="networks", status="run", low=2, high=10_000
     )
     worlds: int = setting(
-        2, "worlds that each of them is deployed in, the same for all of a generation", status="run", low=1, high=10_000
+        1, "worlds that each of them is deployed in, the same for all of a generation", status="run", low=1, high=10_000
     )
     deviation: float = setting(
         0.1, "sigma, standard deviation of the noise on each weight", status="run", low=LEAST, high=100
