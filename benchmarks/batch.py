@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 
 import jax
 
-from benchmarks.rounds import Play
+from benchmarks.rounds import Play, clock
 from benchmarks.workload import Workload
 from slcs2_jax import runtime
 from slcs2_jax.episode import Parameters
@@ -17,8 +16,8 @@ from slcs2_jax.rollout import Job, Rollout, Shape
 from slcs2_jax.world.arena import wall_capacity
 
 
-def make_rollout(workload: Workload, slots: int) -> Rollout:
-    """At least so many slots for the workload, its programs compiled."""
+def make_rollout(workload: Workload, slots: int, engine: str | None = None) -> Rollout:
+    """At least so many slots for the workload, its programs compiled; `engine`: in place of its `compute.native`."""
     settings = workload.settings
     shape = Shape(
         agents=settings.swarm.agents,
@@ -33,7 +32,7 @@ def make_rollout(workload: Workload, slots: int) -> Rollout:
         slots=slots,
         devices=runtime.devices(settings.compute),
         chunk=settings.compute.chunk,
-        engine=settings.compute.native,
+        engine=engine or settings.compute.native,
     )
 
 
@@ -47,7 +46,7 @@ def play(rollout: Rollout, job: Callable[[int], Job], busy: int, steps: int) -> 
     running: dict[int, tuple[Job, int]] = {}
     lengths: list[int] = []
     placed = 0
-    start = time.perf_counter()
+    start = clock.now()
     for chunk in range(chunks):
         for slot in rollout.vacant()[: busy - len(running)]:
             running[slot] = job(placed), chunk
@@ -57,7 +56,7 @@ def play(rollout: Rollout, job: Callable[[int], Job], busy: int, steps: int) -> 
             del running[done.slot]
             lengths.append(done.steps)
     jax.block_until_ready(jax.live_arrays())
-    seconds = time.perf_counter() - start
+    seconds = clock.now() - start
     under_way = sum((chunks - since) * rollout.steps_per_chunk for _, since in running.values())
     for slot in running:
         rollout.cancel(slot)

@@ -45,7 +45,7 @@ def measure(command_line: Parser, options: argparse.Namespace) -> None:
     compute = Compute(devices=1)
     runtime.configure(compute)
     workload = random_workload(settings_of(options.cell, compute=compute), LANES, median=True)
-    rollout = batch.make_rollout(workload, options.slots)
+    rollout = batch.make_rollout(workload, options.slots, "off")
     batch.play(rollout, workload.job, rollout.slots, 4 * rollout.steps_per_chunk)
     notes = "Medians of each kernel's times under the profiler, which adds to the short ones. Kernels are put down to "
     notes += "the function that their last operation stands in; the compiler may have put others' work into them."
@@ -80,7 +80,7 @@ def profile(rollout: Rollout, workload: Workload) -> dict[str, float]:
 
 def by_function(kernels: dict[str, float], rollout: Rollout) -> dict[str, float]:
     """The same by file and function of the simulator, the greatest first."""
-    origin = origins(rollout._advance.as_text())
+    origin = origins(rollout.compiled)
     found: dict[str, float] = defaultdict(float)
     for name, us in kernels.items():
         if name in origin and not name.startswith(_NESTED):

@@ -6,14 +6,13 @@ They play the same episodes as the batch: the same scenarios, rules and keys, fr
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 
-from benchmarks.rounds import Play
+from benchmarks.rounds import Play, clock
 from benchmarks.workload import Workload
 from slcs2_jax.world.scenario import Scenario
 from tests.oracle import compiled, episode
@@ -54,19 +53,19 @@ class Peers:
 
     def one_core(self) -> Play:
         """All episodes, one after the other."""
-        start = time.perf_counter()
+        start = clock.now()
         lengths = [
             compiled.run_episode(world, rules, self.params, *self._key(e), fastmath=self.fastmath).steps
             for e, (world, rules) in enumerate(zip(self.worlds, self.rules, strict=True))
         ]
-        return _play(time.perf_counter() - start, lengths)
+        return _play(clock.now() - start, lengths)
 
     def all_cores(self) -> Play:
         """All episodes, handed one by one to whichever thread is free."""
         with numba.parallel_chunksize(1):
-            start = time.perf_counter()
+            start = clock.now()
             out = compiled.run_many(list(self.worlds), list(self.rules), self.params, self.keys, fastmath=self.fastmath)
-            seconds = time.perf_counter() - start
+            seconds = clock.now() - start
         return _play(seconds, np.asarray(out.steps).tolist())
 
     def stretches(self, steps: int) -> list[tuple[int, State]]:
@@ -90,13 +89,13 @@ class Peers:
         seconds, made = 0.0, 0
         for first, found in stretches:
             state, work = State(*(array.copy() for array in found)), new_work(world, rules)
-            start = time.perf_counter()
+            start = clock.now()
             for t in range(first, first + steps):
                 if episode.is_over(state, world, self.params, t):
                     break
                 episode.step(state, world, rules, self.params, *self._key(0), t, work)
                 made += 1
-            seconds += time.perf_counter() - start
+            seconds += clock.now() - start
         return Play(seconds, made, made, ())
 
     def _key(self, e: int) -> tuple[int, int]:

@@ -4,8 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 import statistics
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+
+CLOCKS = {"wall": time.perf_counter, "cpu": time.process_time}
+
+
+class Clock:
+    """What time is measured with: the wall's, or the processor's, which a busy machine disturbs less.
+
+    `cpu` adds up what all threads of this process take, so its rates are those of a core.
+    """
+
+    def __init__(self) -> None:
+        """The wall's."""
+        self.name = "wall"
+
+    def now(self) -> float:
+        """Seconds since some time."""
+        return CLOCKS[self.name]()
+
+
+clock = Clock()
 
 
 @dataclass(frozen=True)
@@ -13,7 +34,7 @@ class Play:
     """One measured stretch.
 
     Attributes:
-        seconds: wall time.
+        seconds: by the `clock`.
         steps: time-steps of running episodes that were made in it.
         slot_steps: time-steps computed, those of vacant slots and of episodes that are over included.
         lengths: steps of the episodes that were played to their end.

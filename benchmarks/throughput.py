@@ -12,11 +12,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks import peak
 from benchmarks.options import CELLS, Parser, choice, listed, whole
 from benchmarks.report import Report, figure, markdown
-from benchmarks.rounds import Play, Spread, interleave, ratios
+from benchmarks.rounds import CLOCKS, Play, Spread, clock, interleave, ratios
 from slcs2_jax import runtime
 from slcs2_jax.config import Compute
+from slcs2_jax.native.build import BuildError
 from slcs2_jax.results import load_solution
 
 if TYPE_CHECKING:
@@ -30,7 +32,9 @@ Only steps of running episodes count; slots whose episode ends get the next one.
 figure is the median of the rounds, with the least and the greatest; ratios are taken round by round. Everybody plays
 the same episodes (scenarios, rules, keys) from their first step; {span}; but plain Python does {python} steps at each
 of ten times, evenly spread over the first of them. Rules: {rules}. Urban: {urban}. Compiling is getting the programs,
-from the compiler or its cache. {numba}
+from the compiler or its cache. {clock} {numba}
+The limit is that of the arithmetic in the open: the operations that a step takes, as `benchmarks/peak.py` counts them,
+at the rate at which {cores} makes independent multiplications and additions of vectors of its best width.
 """
 
 
@@ -54,7 +58,10 @@ def parser() -> Parser:
     add("--agents", type=whole(2, 64), default=12, help="agents")
     add("--rules", type=whole(1, 1000), default=100, help="rules per agent")
     add("--devices", type=whole(1, 1024), help="devices to use; without it all (CPU: one per core)")
-    add("--native", type=choice("auto", "on", "off"), default="auto", help="who computes: the native chunk, or XLA")
+    add("--native", type=listed(choice("auto", "on", "off")), default=("auto", "off"), metavar="WHO,...",
+        help="who computes: the native chunk (auto, on), and XLA (off)")  # fmt: skip
+    add("--clock", choices=tuple(CLOCKS), default="wall",
+        help="the wall's, or the processor's: rates of a core, for a machine that is busy otherwise")  # fmt: skip
     return made
 
 
@@ -76,7 +83,8 @@ def measure(command_line: Parser, options: argparse.Namespace) -> None:
     if options.solution is not None:
         load_solution(options.solution)  # complains before anything is printed
     chunk = min(Compute.chunk, options.steps or Compute.chunk)
-    compute = Compute(devices=options.devices, chunk=chunk, cache=options.cache, native=options.native)
+    compute = Compute(devices=options.devices, chunk=chunk, cache=options.cache, native=options.native[0])
+    clock.name = options.clock
     runtime.configure(compute)
     report = Report("throughput", options.command, compute, notes=_notes(options))
     print(report.heading())
@@ -112,13 +120,25 @@ def measure_cell(options: argparse.Namespace, cell: str, compute: Compute) -> li
     steps = min(options.steps or limit, limit)
     workload = workload.cut(steps)
     contestants = _batches(options, workload, steps) | _peers(options, workload)
+    limit_rate = _limit(options, workload)
     plays = interleave({name: one.play for name, one in contestants.items()}, options.repeats)
     return [
         {"name": name, "slots": one.slots, "compile_seconds": one.compile_seconds}
         | figures(name, plays, workload.settings.swarm.agents, to_their_end=steps == limit)
-        | {"walls": [scenario.walls for scenario in workload.scenarios]}
+        | {"walls": [scenario.walls for scenario in workload.scenarios], "limit": limit_rate}
         for name, one in contestants.items()
     ]
+
+
+def _limit(options: argparse.Namespace, workload: Workload) -> float | None:
+    """Env-steps per second by the machine's arithmetic alone, in the open; None without a compiler."""
+    if workload.settings.world.buildings:
+        return None
+    try:
+        found = peak.peak() / peak.operations(workload.settings, workload.language.words)
+    except BuildError:
+        return None
+    return found if options.clock == "cpu" else found * runtime.available_cores()
 
 
 def _batches(options: argparse.Namespace, workload: Workload, steps: int) -> dict[str, Contestant]:
@@ -126,13 +146,15 @@ def _batches(options: argparse.Namespace, workload: Workload, steps: int) -> dic
     from benchmarks import batch
 
     on_cpu = runtime.devices(workload.settings.compute)[0].platform == "cpu"
-    made: dict[int, Any] = {}
+    made: dict[tuple[bool, int], Any] = {}
     found = {}
-    for size in options.batch or (ON_CPU if on_cpu else ON_GPU):
-        rollout = batch.make_rollout(workload, size)
-        rollout = made.setdefault(rollout.slots, rollout)
-        play = partial(batch.play, rollout, workload.job, size, steps)
-        found[f"batch {size}"] = Contestant(play, rollout.compile_seconds, rollout.slots)
+    for engine in options.native:
+        for size in options.batch or (ON_CPU if on_cpu else ON_GPU):
+            rollout = batch.make_rollout(workload, size, engine)
+            rollout = made.setdefault((rollout.native, rollout.slots), rollout)
+            play = partial(batch.play, rollout, workload.job, size, steps)
+            name = f"{'native' if rollout.native else 'XLA'}, batch {size}"
+            found[name] = Contestant(play, rollout.compile_seconds, rollout.slots)
     for rollout in made.values():  # what happens once, happens here
         batch.play(rollout, workload.cut(1).job, rollout.slots, rollout.steps_per_chunk)
     return found
@@ -178,7 +200,7 @@ def figures(name: str, plays: Mapping[str, Sequence[Play]], agents: int, *, to_t
 def _table(rows: Sequence[dict[str, Any]]) -> str:
     compared = [peer for peer in PEERS if any(peer in row["ratios"] for row in rows)]
     header = ["", "slots", "env-steps/s", "least – greatest", "agent-steps/s", "evaluations/s", "µs/batch step",
-              "useful", "compile s", *(f"× {TITLES[peer]}" for peer in compared)]  # fmt: skip
+              "useful", "of the limit", "compile s", *(f"× {TITLES[peer]}" for peer in compared)]  # fmt: skip
     lines = []
     for row in rows:
         rate, evaluations = row["env_steps_per_second"], row["evaluations_per_second"]
@@ -191,6 +213,7 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
             figure(evaluations and evaluations["median"]),
             figure(1e6 * row["seconds_per_slot_step"]["median"] * row["slots"] if row["slots"] else None),
             f"{row['useful_share']:.1%}",
+            f"{rate['median'] / row['limit']:.0%}" if row["limit"] else "–",
             figure(row["compile_seconds"]),
             *(figure(row["ratios"][peer]["median"] if peer in row["ratios"] else None) for peer in compared),
         ])  # fmt: skip
@@ -200,6 +223,8 @@ def _table(rows: Sequence[dict[str, Any]]) -> str:
 def _notes(options: argparse.Namespace) -> str:
     return NOTES.format(
         python=options.python_steps,
+        clock=f"Seconds are those of {'the wall' if options.clock == 'wall' else 'all cores that compute together'}.",
+        cores="a core" if options.clock == "cpu" else "every core",
         numba=f"Numba: {'relaxed' if options.fastmath else 'strict'} floating point." if options.peers else "",
         span=f"each is cut after {options.steps} steps" if options.steps else "each is played to its end",
         rules=f"random, {options.episodes} solutions" if options.solution is None else f"of {options.solution.name}",

@@ -1,10 +1,11 @@
 """Pages of the documentation that are made when it is built (`mkdocs build`): the Python reference, the settings, the
-table of assumed values of the model.
+table of assumed values of the model, the notebooks.
 """
 
 from __future__ import annotations
 
 import csv
+import sys
 from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,9 @@ from slcs2_jax.config.table import reference_markdown, settings_table
 from slcs2_jax.learning.ippo_settings import Ippo
 from slcs2_jax.learning.network_settings import NetworkSettings
 from slcs2_jax.learning.strategy_settings import Strategy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+from docs_notebooks import notebook_files
 
 if TYPE_CHECKING:
     from mkdocs.structure.files import Files
@@ -81,7 +85,8 @@ def on_files(files: Files, config: Any) -> Files:
     """MkDocs asks for the files: add those that are made."""
     from mkdocs.structure.files import File
 
-    for path, content in {"reference/api.md": api_markdown(), "reference/settings.md": reference_markdown()}.items():
+    made = {"reference/api.md": api_markdown(), "reference/settings.md": reference_markdown(), **notebook_files()}
+    for path, content in made.items():
         files.append(File.generated(config, path, content=content))
     return files
 

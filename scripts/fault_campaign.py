@@ -26,7 +26,12 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=50, help="kills, over evolve, sweep and experiment")
+    parser.add_argument(
+        "--kills",
+        type=int,
+        default=50,
+        help="kills, over evolve with the paper's parts and others, informed search, sweep and experiment",
+    )
     parser.add_argument("--damages", type=int, default=2000, help="damaged files")
     parser.add_argument("--inputs", type=int, default=100_000, help="random inputs for each property; 0: none")
     parser.add_argument("--hostile", type=int, default=500, help="hostile folders; 0: none")

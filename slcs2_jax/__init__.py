@@ -9,7 +9,7 @@ and what reads results. A name is imported when it is first used, so importing t
 from importlib import import_module
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "slcs2_jax.config": (
@@ -39,7 +39,7 @@ _HOMES = {
     "slcs2_jax.swarm.task": ("Delivery", "Score"),
     "slcs2_jax.grammar": ("RuleSets", "load_grammar", "random_rule_sets"),
     "slcs2_jax.world.scenario": ("Scenario", "make_scenario"),
-    "slcs2_jax.looking.solutions": ("replay",),
+    "slcs2_jax.looking.solutions": ("animate", "replay"),
     "slcs2_jax.results": ("Progress", "SavedSolution", "load_solution", "read_run"),
     "slcs2_jax.api": ("deploy", "evaluate", "evolve"),
     "slcs2_jax.running.evaluator": ("Evaluator",),

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 import pytest
 
-from benchmarks import environment, generation, gpu_program, kernels, report, rounds, scaling, throughput
+from benchmarks import environment, generation, gpu_program, kernels, peak, report, rounds, scaling, throughput
 from benchmarks.batch import make_rollout, play
 from benchmarks.rounds import Play, Spread
 from benchmarks.workload import Workload, median_scenario, random_workload, saved_workload, settings_of, with_walls
@@ -166,6 +166,21 @@ def test_evaluations_per_second_follow_from_the_length_of_whole_episodes():
     assert throughput.figures("batch 2", plays, 12, to_their_end=False)["evaluations_per_second"] is None
 
 
+def test_the_limit_counts_what_grows_with_agents_and_rules():
+    one, more, ruled = (
+        peak.operations(settings_of("open/short", agents=agents, rules=rules, compute=Compute()), 3)
+        for agents, rules in ((12, 100), (24, 100), (12, 200))
+    )
+    assert 2 * one < more < 4 * one
+    assert ruled - one == 12 * 100 * (peak.RULE + 3 * peak.WORD)
+
+
+def test_the_peak_is_the_best_of_all_widths(monkeypatch):
+    monkeypatch.setattr(peak, "ROUNDS", 1000)
+    if library.reason_against() is None:
+        assert peak.peak() > 1e8
+
+
 def test_median_scenario_and_exact_numbers_of_walls():
     settings = settings_of("urban/short", compute=Compute())
     walls = sorted(scenario.walls for scenario in random_workload(settings, 101, median=False).scenarios)
@@ -277,9 +292,12 @@ def test_throughput_in_small(tmp_path):
     out, figures = run(
         "throughput", tmp_path, "--cells", "urban/short", "--batch", "1,16", "--steps", "30", "--repeats", "2",
         "--episodes", "2", "--python-steps", "2", "--agents", "3", "--rules", "10", "--devices", "1", "--no-fastmath",
+        "--native", "auto", "--clock", "cpu",
     )  # fmt: skip
     rows = {row["name"]: row for row in figures["tables"]["urban/short"]}
-    assert list(rows) == ["batch 1", "batch 16", "numba-all", "numba-one", "python"]
+    who = "native" if library.reason_against() is None else "XLA"
+    assert list(rows) == [f"{who}, batch 1", f"{who}, batch 16", "numba-all", "numba-one", "python"]
+    rows |= {f"batch {size}": rows.pop(f"{who}, batch {size}") for size in (1, 16)}
     assert [played["steps"] for played in rows["batch 1"]["rounds"]] == [30, 30]
     assert [played["steps"] for played in rows["batch 16"]["rounds"]] == [480, 480]
     for peer in ("numba-all", "numba-one"):

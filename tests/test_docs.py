@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
+import subprocess
 import sys
+import tarfile
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 import yaml
@@ -52,6 +56,7 @@ def test_every_page_stands_in_the_menu():
 
     menu = paths(yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"])
     made = {"reference/api.md", "reference/settings.md"}
+    made |= {f"notebooks/{path.stem}.md" for path in (DOCS / "notebooks").glob("*.ipynb")}
     assert len(set(menu)) == len(menu)
     assert set(menu) - made == {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
 
@@ -110,6 +115,39 @@ def test_every_field_of_a_row_is_explained():
     table = page[page.index("Fields of a row") :]
     for field in ("instance", "seed", *(field.name for field in fields(HistoryRow))):
         assert f"`{field}`" in table, field
+
+
+def test_the_changelog_begins_with_this_version_and_has_the_usual_headings():
+    said = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## (.*)$", said, re.MULTILINE)
+    assert re.fullmatch(rf"{re.escape(slcs2_jax.__version__)} - \d{{4}}-\d\d-\d\d", versions[0])
+    usual = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+    assert set(re.findall(r"^### (.*)$", said, re.MULTILINE)) <= usual
+
+
+def test_what_the_source_refers_to_is_shipped():
+    sections = {int(number) for number in re.findall(r"^## (\d+)\.", text("model.md"), re.MULTILINE)}
+    for room in ("slcs2_jax", "hydra_plugins", "benchmarks", "tests", "examples", "scripts"):
+        for path in sorted((ROOT / room).rglob("*.py")):
+            said = path.read_text(encoding="utf-8")
+            cited = {int(number) for number in re.findall(r"\b[Mm]odel (?:section )?(\d+)(?:\.\d+)?\b", said)}
+            assert cited <= sections, path
+            pages = set(re.findall(r"\bdocs/[\w/]+\.\w+", said))
+            assert [page for page in pages if not (ROOT / page).exists()] == [], path
+            assert not re.search(r"§|\bspec(?:ification)?, section|\bthe spec\b", said) or path == Path(__file__), path
+
+
+@pytest.mark.slow
+def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(tmp_path):
+    with tarfile.open(DOCS / "results" / "paper" / "runs.tar.xz") as archive:
+        archive.extractall(tmp_path, filter="data")
+    command = [sys.executable, "-m", "slcs2_jax", "report", "runs/paper", "replays=0"]
+    kept = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=kept, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    for name in ("runs.csv", "contributions_fitness.csv", "designed_fitness.csv", "grammars_fitness.csv"):
+        made = (tmp_path / "runs" / "paper" / "report" / name).read_bytes()
+        assert made == (DOCS / "results" / "paper" / name).read_bytes(), name
 
 
 def test_scripts_and_examples_that_are_named_exist():

@@ -175,15 +175,21 @@ def test_other_widths_give_the_same_counts_and_nearly_the_same_reals(world):
 
 
 def test_programs_are_compiled_once_for_rollouts_of_the_same_sizes_and_not_again_while_they_play(monkeypatch):
-    first = rollout()
+    first = rollout(engine="off")
     traced = []
     monkeypatch.setattr(jax.stages.Traced, "lower", lambda *arguments, **options: traced.append(arguments))
     play(first, "open", range(3))
-    again = rollout.__wrapped__()
-    assert (again._advance, traced) == (first._advance, [])
+    again = rollout.__wrapped__(engine="off")
+    assert (again._in._advance, traced) == (first._in._advance, [])
     with pytest.raises(AttributeError):
-        rollout.__wrapped__(chunk=20)
+        rollout.__wrapped__(chunk=20, engine="off")
     assert traced
+
+
+def test_native_slots_need_no_program_of_xla(monkeypatch):
+    monkeypatch.setattr(jax.stages.Traced, "lower", None)
+    slots = rollout.__wrapped__(chunk=30, engine="on")
+    assert_same(play(slots, "open", NUMBERS), alone("open"))
 
 
 def test_slots_come_in_whole_lanes_per_device_and_chunks_in_whole_sharing_periods():
@@ -197,11 +203,10 @@ def test_the_native_chunk_computes_lane_groups_with_a_job_alone():
     before, lanes = slots.slot_steps, library.lanes()
     slots.advance()
     assert slots.slot_steps == before
-    slots.place(slots.vacant()[0], job("open", 0))
+    slots.place(3, job("open", 0))
     slots.advance()
     assert slots.slot_steps - before == lanes * slots.steps_per_chunk
-    assert slots.vacant()[: lanes - 1] == list(range(1, lanes)), "a group is filled before the next one is begun"
-    slots.cancel(0)
+    slots.cancel(3)
     assert slots.vacant() == list(range(slots.slots))
 
 

@@ -68,6 +68,7 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
     """Every job's settings with its run folder, all of them checked."""
     from slcs2_jax.config import settings_from
     from slcs2_jax.results import check_usable
+    from slcs2_jax.results.loggers import check_logger
     from slcs2_jax.search.slcs2 import check_parts
 
     found: list[Settings] = []
@@ -76,6 +77,7 @@ def _settings_of(jobs: Sequence[Job], started: datetime) -> list[Settings]:
         settings = dataclasses.replace(settings, run_dir=_run_dir(settings, job, started))
         _check_grammar(settings)
         check_parts(settings.search)
+        check_logger(settings)
         check_usable(settings)
         found.append(settings)
     folders = [settings.run_dir for settings in found]

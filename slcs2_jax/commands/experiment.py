@@ -131,6 +131,7 @@ def _look_at(job: Job) -> None:
     from slcs2_jax.commands.deployed import check_deployable
     from slcs2_jax.grammar.grammar import Grammar
     from slcs2_jax.results import check_usable
+    from slcs2_jax.results.loggers import check_logger
     from slcs2_jax.search.slcs2 import check_parts
 
     if "calibration" in job.config:
@@ -142,6 +143,7 @@ def _look_at(job: Job) -> None:
             continue
         Grammar.of(one.settings)
         check_parts(one.settings.search)
+        check_logger(one.settings)
         check_usable(one.settings)
 
 

@@ -50,7 +50,7 @@ def run(arguments: list[str]) -> int:
         check_free(str(into))
     settings = changed(config.settings, changes)
     with _place(into) as place:
-        _repeat(dataclasses.replace(settings, run_dir=str(place)), config, grammar)
+        _repeat(dataclasses.replace(settings, run_dir=str(place), logger="none"), config, grammar)
         return _compare(folder, place)
 
 

@@ -61,8 +61,6 @@ _DEFAULTS: dict[str, Any] = {
 }
 OPTIONS = tuple(_DEFAULTS)
 _TABLES = (".csv", ".parquet")
-_FRAMES = 300
-_MOST_FRAMES = 5000
 _MOST_FPS = 100
 
 
@@ -193,12 +191,11 @@ def _write(recordings: list[Recording], titles: list[str], options: dict[str, An
             write_figure(still(recordings, titles, options["picture"], start=start, end=end, field=field), out)
         print(f"{options['picture']} {terminal(str(out))}", flush=True)
         return
-    from slcs2_jax.looking.animation import animate
+    from slcs2_jax.looking.animation import animate, check_frames, usual_stride
     from slcs2_jax.results.progress import counting
 
-    every = max(1, round((end - start) / _FRAMES)) if options["every"] == "auto" else int(options["every"])
-    if (end - start) / every > _MOST_FRAMES:
-        raise InputError(f"every={every}: would give more than {_MOST_FRAMES} frames; accepted are fewer")
+    every = usual_stride(end - start) if options["every"] == "auto" else int(options["every"])
+    check_frames(end - start, every)
     with counting("frame") as count:
         frames = animate(
             recordings,

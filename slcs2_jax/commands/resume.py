@@ -19,6 +19,7 @@ in its results as if it had never been interrupted. Repeating the command that s
   generations=N         go further than was asked for before: the same as if N generations had been asked for at once
   compute.devices=N     what of the machine is used now: devices and cache; nothing else of a run can be changed
   checkpoint.seconds=S  how often runs are saved from now on: seconds and generations
+  logger=NAME           who is told from now on; none unless it is named again
 Exit code: 0 done, 1 the disk refused, 2 bad input (one line says what), 130 or 143 interrupted again.
 """
 OPTIONS = (
@@ -27,6 +28,7 @@ OPTIONS = (
     "compute.cache",
     "checkpoint.seconds",
     "checkpoint.generations",
+    "logger",
 )
 
 
@@ -41,5 +43,6 @@ def run(arguments: list[str]) -> int:
     if others:
         print(f"{others} evaluations are left alone: the command that began one repeats it", file=sys.stderr)
     if settings:
-        advance([changed(one, changes) for one in settings], as_begun=True)
+        # a folder may be a stranger's: it tells nobody unless the user says so
+        advance([changed(one, {"logger": "none", **changes}) for one in settings], as_begun=True)
     return 0

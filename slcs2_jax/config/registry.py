@@ -207,6 +207,18 @@ KINDS: dict[str, Registry] = {
                 "tournament": "slcs2_jax.search.population:Tournament",
             },
         ),
+        Registry(
+            "logger",
+            "logger",
+            "who is told of every generation while a run goes on",
+            {
+                "none": "slcs2_jax.results.loggers:Nobody",
+                "jsonl": "slcs2_jax.results.loggers:JsonLines",
+                "tensorboard": "slcs2_jax.results.loggers:TensorBoard",
+                "wandb": "slcs2_jax.results.loggers:WeightsAndBiases",
+                "trackio": "slcs2_jax.results.loggers:Trackio",
+            },
+        ),
     )
 }
 

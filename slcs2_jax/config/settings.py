@@ -230,6 +230,12 @@ class Settings(Section):
     plugins: tuple[str, ...] = setting(
         (), "modules that register parts of your own: plugins=[my_module]; imported because you name them", status="run"
     )
+    logger: str = setting(
+        "none",
+        "who is told of every generation while the run goes on; no result depends on it",
+        status="run",
+        part="logger",
+    )
     run_dir: str | None = setting(None, "run folder; null names one under runs/ by date and settings", status="run")
 
     def cross_check(self) -> None:

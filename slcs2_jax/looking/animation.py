@@ -24,6 +24,18 @@ from slcs2_jax.running.memory import check_fits
 SUFFIXES = (".gif", ".mp4")
 STRENGTHS = (0.07, 0.14, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0)  # of each colour in a GIF's palette
 DPI = 100
+USUAL_FRAMES, MOST_FRAMES, MOST_FPS = 300, 5000, 100
+
+
+def usual_stride(steps: int) -> int:
+    """Time-steps from frame to frame so that a span of so many has about `USUAL_FRAMES` frames."""
+    return max(1, round(steps / USUAL_FRAMES))
+
+
+def check_frames(steps: int, every: int) -> None:
+    """Raise InputError if a span of so many time-steps has more than `MOST_FRAMES` frames."""
+    if steps / every > MOST_FRAMES:
+        raise InputError(f"every={every}: would give more than {MOST_FRAMES} frames; accepted are fewer")
 
 
 def find_encoder() -> str:

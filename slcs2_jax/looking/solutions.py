@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
@@ -82,3 +83,49 @@ def replay(
     key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
     return record(settings, scenario, ready, key, steps=steps, after_chunk=after_chunk)
+
+
+def animate(
+    recordings: Recording | Mapping[str, Recording],
+    out: str | Path,
+    *,
+    start: int = 0,
+    end: int | None = None,
+    every: int | None = None,
+    fps: int = 20,
+) -> Path:
+    """Draw what was recorded as an animation, as `slcs2 replay` does; a file of that name is replaced.
+
+    Args:
+        recordings: an episode of `replay`; or several of one world, by title, one above the other by the same clock.
+        out: the file, .gif, or .mp4 if there is ffmpeg.
+        start, end: first and last moment, time-steps; by default the whole of the longest.
+        every: time-steps from frame to frame; by default so that there are about 300 frames.
+        fps: frames per second.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: an argument that is not accepted, or matplotlib or Pillow is not installed.
+    """
+    try:
+        from slcs2_jax.looking import animation
+    except ImportError as error:
+        raise InputError(
+            f"animate: {error.name} is not installed; accepted is an installation with slcs2_jax[plot]"
+        ) from None
+    named = recordings if isinstance(recordings, Mapping) else {"": recordings}
+    shown = [of_kind("recordings", one, Recording) for one in named.values()]
+    if not shown:
+        raise InputError("recordings: none given; at least one is required")
+    file, steps = Path(out), max(one.steps for one in shown)
+    if file.suffix not in animation.SUFFIXES:
+        raise refuse("out", str(file), "a file whose name ends in " + " or ".join(animation.SUFFIXES))
+    end = whole("end", steps if end is None else end, 1, steps)
+    start = whole("start", start, 0, end - 1)
+    every = animation.usual_stride(end - start) if every is None else whole("every", every, 1, end)
+    animation.check_frames(end - start, every)
+    fps = whole("fps", fps, 1, animation.MOST_FPS)
+    animation.animate(shown, list(named), file, start=start, end=end, every=every, fps=fps)
+    return file

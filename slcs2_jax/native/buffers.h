@@ -1,5 +1,6 @@
 // The arrays of a call, as XLA lays them out: [..., batch], the batch last. Names and shapes are those of world/arena.py,
-// policy/classifier.py, swarm/state.py and looking/recording.py; the order is that of `advance.py`.
+// policy/classifier.py, swarm/state.py and looking/recording.py; the order is that of `arrays.py`.
+// Of parts that a call does without the arrays are empty.
 #pragma once
 #include "mind.h"
 #include "state.h"
@@ -9,17 +10,19 @@ namespace slcs2 {
 enum Given {
   SINK_X, SINK_Y, ESTIMATE_X, ESTIMATE_Y, JAMMER_X, JAMMER_Y, HAS_JAMMER, TIME_LIMIT, CHANNELS,
   VERTICAL_AT, VERTICAL_LOW, VERTICAL_HIGH, HORIZONTAL_AT, HORIZONTAL_LOW, HORIZONTAL_HIGH, CONDITION, ACTION,
-  REFLEX, PARAMETERS, GIVEN
+  REFLEX, EXISTS, ROUTE_X, ROUTE_Y, EMISSION_KIND, MOTION_KIND, LEVEL, SPEED, DUTY, DWELL, FAILURES_AT,
+  PARAMETERS, GIVEN
 };
 enum Kept {
   T, KEY, NODE_X, NODE_Y, POWER, KNOWN_TIME, KNOWN_X, KNOWN_Y, HEARD, JAMMER_RANGE_, HOLDING, HISTORY_, WAITING,
-  DELIVERED, CONTRIBUTION, INTERFERENCE, STATE,
+  DELIVERED, CONTRIBUTION, INTERFERENCE, JAMMERS_X, JAMMERS_Y, JAMMERS_POWER, SEEN_TIME, SEEN_X, SEEN_Y, SEEN_RANGE,
+  DOWN, LOST, STATE,
   USAGE = STATE, QUALITY, ERROR, STRENGTH, TRACE, REWARD, RECENT, KEPT,
   KEPT_BY_LIST = USAGE + 1  // all that a decision list keeps
 };
 enum Noted {
   N_RUNNING, N_X, N_Y, N_HOLDING, N_WAITING, N_DELIVERED, N_HEARD, N_JAMMED, N_ACTION, N_RULE, N_SENT_TO, N_SENT_FATE,
-  N_SERVED, N_SERVED_FATE, N_MATCHED, NOTED
+  N_SERVED, N_SERVED_FATE, N_JAMMER_X, N_JAMMER_Y, N_DOWN, N_MATCHED, NOTED
 };
 
 struct Buffers {
@@ -41,6 +44,10 @@ inline size_t given_bytes(const Sizes& s, int which) {
     case CONDITION: return (size_t)s.words * s.rules * s.agents * lanes;
     case ACTION: return (size_t)s.rules * s.agents * b;
     case REFLEX: return s.reflexes ? (size_t)s.rules * s.agents * b : 0;
+    case EXISTS: return s.jammers * b;
+    case ROUTE_X: case ROUTE_Y: return (size_t)s.points * s.jammers * lanes;
+    case EMISSION_KIND: case MOTION_KIND: case LEVEL: case SPEED: case DUTY: case DWELL: return s.jammers * lanes;
+    case FAILURES_AT: return 4 * (size_t)s.failures;
     case PARAMETERS: return sizeof(Parameters);
     default: return lanes;
   }
@@ -56,6 +63,11 @@ inline size_t kept_bytes(const Sizes& s, int which) {
     case KNOWN_TIME: case KNOWN_X: case KNOWN_Y: return n * n * lanes;
     case HEARD: return s.nodes() * n * b;
     case HOLDING: return n * b;
+    case DOWN: return s.failing ? n * b : 0;
+    case LOST: return s.failing ? lanes : 0;
+    case JAMMERS_X: case JAMMERS_Y: return s.further_jammers() * lanes;
+    case JAMMERS_POWER: return (size_t)s.further_jammers() * s.nodes() * lanes;
+    case SEEN_TIME: case SEEN_X: case SEEN_Y: case SEEN_RANGE: return s.jammers * n * lanes;
     case HISTORY_: return s.history_words() * n * lanes;
     case INTERFERENCE: return s.channels * n * lanes;
     case JAMMER_RANGE_: case CONTRIBUTION: case REWARD: return n * lanes;
@@ -67,7 +79,9 @@ inline size_t kept_bytes(const Sizes& s, int which) {
 inline size_t noted_bytes(const Sizes& s, int which) {
   const size_t steps = s.steps(), n = s.agents;
   switch (which) {
-    case N_RUNNING: case N_JAMMED: return steps;
+    case N_RUNNING: return steps;
+    case N_JAMMED: return steps * s.shown_jammers();
+    case N_JAMMER_X: case N_JAMMER_Y: return 4 * steps * s.shown_jammers();
     case N_X: case N_Y: return 4 * steps * n;
     case N_WAITING: case N_DELIVERED: return 4 * steps;
     case N_HEARD: return 4 * steps * ((s.nodes() + WORD - 1) / WORD) * n;

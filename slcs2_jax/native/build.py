@@ -21,7 +21,7 @@ LEVELS = {
     "x86-64-v3": ("avx2", "bmi2", "fma"),
     "x86-64-v4": ("avx512f", "avx512bw", "avx512dq", "avx512vl"),
 }
-FLAGS = ("-std=c++17", "-O3", "-fno-math-errno", "-ffp-contract=off", "-fPIC", "-shared", "-Wno-psabi")
+FLAGS = ("-std=c++17", "-O3", "-fno-math-errno", "-ffp-contract=off", "-fPIC", "-shared", "-pthread", "-Wno-psabi")
 SECONDS = 120  # that a compiler may take
 
 

@@ -8,20 +8,15 @@ from slcs2_jax import runtime
 from slcs2_jax.config import Compute
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.config.field import refuse
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.episode import Parameters
-from slcs2_jax.grammar.vocabulary import PAPER
+from slcs2_jax.native.arrays import FADINGS, POLICIES
 from slcs2_jax.native.library import reason_against
-from slcs2_jax.policy.classifier import Classifier
-from slcs2_jax.policy.first_match import FirstMatch
 from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm.reward import Progress
 from slcs2_jax.swarm.task import Delivery
 from slcs2_jax.world.arena import Arena
-from slcs2_jax.world.fading import LogNormal, NoFading
 from slcs2_jax.world.propagation import LogDistance
-
-POLICIES = (Classifier, FirstMatch)
-FADINGS = (NoFading, LogNormal)
 
 
 def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
@@ -32,8 +27,6 @@ def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
         return f"the policy {type(parameters.policy).__name__}"
     if language.own_clauses or language.own_actions:
         return "a clause or an action of a plug-in"
-    if language.vocabulary.channels != PAPER.channels:
-        return "radio.channels"
     if type(task) is not Delivery:
         return f"the task {type(task).__name__}"
     if type(task.reward) is not Progress:
@@ -43,10 +36,16 @@ def beyond(parameters: Parameters, arena: Arena, given: Any) -> str | None:
     if type(radio.fading) not in FADINGS:
         return f"the fading {type(radio.fading).__name__}"
     if arena.emitters is not None:
-        return "jammers that are several, move, or do not only answer"
-    if physics.swarm.failures is not None:
-        return "agents that fail"
+        for kind, names in (("emission", arena.emitters.emissions), ("jammer motion", arena.emitters.motions)):
+            for name in names:
+                if KINDS[kind].home(name) is not None:
+                    return f"the {kind} {name}"
     return None
+
+
+def expected(compute: Compute) -> bool:
+    """Whether the native chunk computes whatever batch has no parts that it does not know."""
+    return compute.native != "off" and runtime.devices(compute)[0].platform == "cpu" and reason_against() is None
 
 
 def computed_on(compute: Compute) -> str:
@@ -54,9 +53,7 @@ def computed_on(compute: Compute) -> str:
 
     Both decide the last bits of a run. Parts that the native chunk does not know are among the settings that a run has.
     """
-    platform = runtime.devices(compute)[0].platform
-    native = compute.native != "off" and platform == "cpu" and reason_against() is None
-    return f"{runtime.describe_devices(compute)}, {'native chunk' if native else 'XLA'}"
+    return f"{runtime.describe_devices(compute)}, {'native chunk' if expected(compute) else 'XLA'}"
 
 
 def choose(wanted: str, platform: str, parameters: Parameters, arena: Arena, given: Any) -> tuple[bool, str | None]:

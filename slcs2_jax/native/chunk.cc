@@ -1,7 +1,12 @@
 // The two calls that Python makes: a chunk of steps, and the figures of episodes that are over. Each is an XLA custom call
-// and a plain C function of the same name in small letters, which tests call with arrays of their own.
+// and a plain C function of the same name in small letters, which takes arrays of the host and shares the work out to
+// threads.
+#include <atomic>
 #include <cfenv>
 #include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 #include "episode.h"
 #ifndef SLCS2_WITHOUT_XLA
@@ -21,34 +26,76 @@ class Rounding {
   std::fenv_t callers_;
 };
 
+// Let `work` compute every lane group, whichever thread is free the next one. Groups share no memory that is written, so
+// who computes a group, and beside which, decides nothing.
 template <class Work>
-void each_group(const Sizes& sizes, const Buffers& buffers, Work work) {
-  const Rounding rounding;
-  const Parameters& parameters = *(const Parameters*)buffers.given[PARAMETERS];
-  Store counting;
-  Simulation(sizes, parameters, counting);
-  Store store(counting.used());
-  Simulation simulation(sizes, parameters, store);
-  for (int begin = 0; begin < sizes.batch; begin += LANES) work(simulation, begin);
+void each_group(const Sizes& sizes, const Buffers& buffers, int threads, Work work) {
+  std::atomic<int> next{0};
+  std::atomic<bool> out_of_memory{false};
+  const auto some = [&] {
+    try {
+      const Rounding rounding;
+      const Parameters& parameters = *(const Parameters*)buffers.given[PARAMETERS];
+      Store counting;
+      Simulation(sizes, parameters, counting);
+      Store store(counting.used());
+      Simulation simulation(sizes, parameters, store);
+      for (int begin = LANES * next++; begin < sizes.batch; begin = LANES * next++) work(simulation, begin);
+    } catch (const std::bad_alloc&) {
+      out_of_memory = true;
+    }
+  };
+  std::vector<std::thread> others;
+  const int groups = (sizes.batch + LANES - 1) / LANES, most = std::min(threads, groups);
+  others.reserve(std::max(most, 0));
+  try {
+    while ((int)others.size() < most - 1) others.emplace_back(some);
+  } catch (const std::system_error&) {
+    // the system gives no more threads: those that there are do all of it
+  }
+  some();
+  for (std::thread& other : others) other.join();
+  if (out_of_memory) throw std::bad_alloc();
 }
 
-void advance(const Sizes& sizes, const Buffers& buffers) {
-  each_group(sizes, buffers, [&](Simulation& simulation, int begin) { simulation.advance(buffers, begin); });
+// Whether no episode of a lane group has time left: there is nothing to load.
+bool is_idle(const Sizes& sizes, const Buffers& buffers, int begin) {
+  const int32_t *t = (const int32_t*)buffers.kept[T], *limit = (const int32_t*)buffers.given[TIME_LIMIT];
+  for (int k = begin; k < std::min(begin + LANES, sizes.batch); k++)
+    if (t[k] < limit[k]) return false;
+  return !(sizes.noted && begin == 0);  // the notes are written in any case
 }
 
-void finish(const Sizes& sizes, const Buffers& buffers) {
-  each_group(sizes, buffers, [&](Simulation& simulation, int begin) { simulation.finish(buffers, begin); });
+void advance(const Sizes& sizes, const Buffers& buffers, int threads) {
+  each_group(sizes, buffers, threads, [&](Simulation& simulation, int begin) {
+    if (!is_idle(sizes, buffers, begin)) simulation.advance(buffers, begin);
+  });
+}
+
+void finish(const Sizes& sizes, const Buffers& buffers, int threads) {
+  each_group(sizes, buffers, threads, [&](Simulation& simulation, int begin) { simulation.finish(buffers, begin); });
+}
+
+// 0, or 1 if there was no memory.
+template <void (*work)(const Sizes&, const Buffers&, int)>
+int plainly(const Sizes* sizes, const Buffers* buffers, int threads) {
+  try {
+    work(*sizes, *buffers, threads);
+    return 0;
+  } catch (const std::bad_alloc&) {
+    return 1;
+  }
 }
 
 }  // namespace
 }  // namespace slcs2
 
-extern "C" void slcs2_advance(const slcs2::Sizes* sizes, const slcs2::Buffers* buffers) {
-  slcs2::advance(*sizes, *buffers);
+extern "C" int slcs2_advance(const slcs2::Sizes* sizes, const slcs2::Buffers* buffers, int threads) {
+  return slcs2::plainly<slcs2::advance>(sizes, buffers, threads);
 }
 
-extern "C" void slcs2_finish(const slcs2::Sizes* sizes, const slcs2::Buffers* buffers) {
-  slcs2::finish(*sizes, *buffers);
+extern "C" int slcs2_finish(const slcs2::Sizes* sizes, const slcs2::Buffers* buffers, int threads) {
+  return slcs2::plainly<slcs2::finish>(sizes, buffers, threads);
 }
 
 // How many episodes are computed side by side: the batch is cut into groups of so many.
@@ -100,7 +147,8 @@ ffi::Error gather(ffi::RemainingArgs& arguments, ffi::RemainingRets& results, co
   return ffi::Error::Success();
 }
 
-template <void (*work)(const Sizes&, const Buffers&)>
+// On the thread that XLA calls it on.
+template <void (*work)(const Sizes&, const Buffers&, int)>
 ffi::Error call(ffi::RemainingArgs arguments, ffi::RemainingRets results, ffi::Span<const int32_t> numbers) {
   Sizes sizes;
   if (numbers.size() * sizeof(int32_t) != sizeof sizes) return ffi::Error::InvalidArgument("slcs2: wrong sizes");
@@ -108,7 +156,7 @@ ffi::Error call(ffi::RemainingArgs arguments, ffi::RemainingRets results, ffi::S
   Buffers buffers{};
   if (const ffi::Error error = gather(arguments, results, sizes, buffers); error.failure()) return error;
   try {
-    work(sizes, buffers);
+    work(sizes, buffers, 1);
   } catch (const std::bad_alloc&) {
     return ffi::Error(ffi::ErrorCode::kResourceExhausted, "slcs2: no memory left");
   }

@@ -29,6 +29,13 @@ inline Floats logarithm(Floats a) {
 
 inline Floats logarithm2(Floats a) { return logarithm(a) * 1.44269504f; }
 
+// The greatest whole number that is not greater than a, for a >= 0.
+inline Floats whole_part(Floats a) {
+  const float all_whole = 8388608.0f;  // 2^23: from there on there are no others
+  const Ints cut = __builtin_convertvector(minimum(a, all(all_whole)), Ints);
+  return a < all_whole ? __builtin_convertvector(cut, Floats) : a;
+}
+
 // 2 to the power a, error below 2 ulp; what leaves the range of normal numbers is held at its ends.
 inline Floats power_of_two(Floats a) {
   a = minimum(maximum(a, all(-126.0f)), all(127.0f));

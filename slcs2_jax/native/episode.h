@@ -22,7 +22,7 @@ namespace slcs2 {
 class Simulation {
  public:
   Simulation(const Sizes& s, const Parameters& p, Store& store)
-      : sizes_(s), parameters_(p), group_(s, p, store), crossings_(s.places(), store),
+      : sizes_(s), parameters_(p), group_(s, p, store), crossings_(s.nodes(), s.bodies(), store),
         candidates_(store.take<Candidates>(1)), traffic_(store.take<Traffic>(1)), motion_(store.take<Motion>(1)),
         walls_(store.take<Walls>(1)), names_(store.take<uint32_t>(s.agents * Mind::whole_vectors(s))),
         minds_(store.take<Mind>((size_t)s.agents * LANES)) {
@@ -108,7 +108,7 @@ class Simulation {
       }
       share(group_);
     }
-    draw(group_, has_walls() ? &crossings_ : nullptr, true);  // the jammer's links too, as others expect them
+    draw(group_, has_walls() ? &crossings_ : nullptr, true);  // all jammers' links, as others expect them
   }
 
   void one_step(int step, Notes* notes) {
@@ -128,9 +128,11 @@ class Simulation {
     find_obstacles(g, walls);
     transfer(g, *traffic_);
     if (notes) notes->traffic(g, step, *traffic_);
+    move_jammers(g);
     move(g, walls, *motion_);
     g.t -= g.running;
     draw_links();
+    if (sizes_.failing) fail(g, g.running);
     reward_agents(g, *traffic_);
   }
 
@@ -148,6 +150,7 @@ class Simulation {
       if (!learns) action[lane] = decide_by_list(minds[lane]);
     }
     if (learns) action = decide(minds, awake_, step, names, group_.reward[i], alpha, parameters_, lots);
+    if (sizes_.failing) action = group_.down[i] ? all(NO_ACTION) : action;
     if (notes) {
       const int rule = learns ? chosen(*minds, names, parameters_.alpha_grasp, in_lane(lots, 0)) : minds->first_match();
       notes->decision(step, i, *minds, action[0], rule);

@@ -73,36 +73,37 @@ struct Walls {
 // How many walls each link crosses. Kept from step to step: only the links of who moved are counted again.
 class Crossings {
  public:
-  Crossings(int places, Store& store) : places_(places) {
-    count_ = store.take<Floats>((size_t)places * places);
-    for (float** table : {&x_, &y_}) *table = store.take<float>((size_t)places * LANES);
-    for (int** table : {&east_, &north_}) *table = store.take<int>((size_t)places * LANES);
+  Crossings(int nodes, int bodies, Store& store) : nodes_(nodes), bodies_(bodies) {
+    count_ = store.take<Floats>((size_t)nodes * bodies);
+    for (float** table : {&x_, &y_}) *table = store.take<float>((size_t)bodies * LANES);
+    for (int** table : {&east_, &north_}) *table = store.take<int>((size_t)bodies * LANES);
   }
 
-  Floats counted(int i, int j) const { return count_[(size_t)i * places_ + j]; }
+  // Of the link of node i and body j > i.
+  Floats counted(int i, int j) const { return count_[(size_t)i * bodies_ + j]; }
 
   // Forget everything: all will be counted anew.
   void reset() {
-    for (int k = 0; k < places_ * places_; k++) count_[k] = all(0.0f);
-    for (int k = 0; k < places_ * LANES; k++) x_[k] = y_[k] = __builtin_nanf(""), east_[k] = north_[k] = 0;
+    for (int k = 0; k < nodes_ * bodies_; k++) count_[k] = all(0.0f);
+    for (int k = 0; k < bodies_ * LANES; k++) x_[k] = y_[k] = __builtin_nanf(""), east_[k] = north_[k] = 0;
   }
 
   void update(const Group& g, const Walls& walls) {
-    bool moved[MOST_NODES + 1];
+    bool moved[MOST_BODIES];
     for (int lane = 0; lane < LANES; lane++) {
-      float *x = x_ + lane * places_, *y = y_ + lane * places_;
-      int *east = east_ + lane * places_, *north = north_ + lane * places_;
+      float *x = x_ + lane * bodies_, *y = y_ + lane * bodies_;
+      int *east = east_ + lane * bodies_, *north = north_ + lane * bodies_;
       const Lines &vertical = walls.vertical[lane], &horizontal = walls.horizontal[lane];
       if (vertical.count + horizontal.count == 0) continue;
-      for (int i = 0; i < places_; i++) {
+      for (int i = 0; i < bodies_; i++) {
         const float new_x = g.x[i][lane], new_y = g.y[i][lane];
         moved[i] = new_x != x[i] || new_y != y[i];
         if (!moved[i]) continue;
         x[i] = new_x, y[i] = new_y;
         east[i] = vertical.rank(new_x, east[i]), north[i] = horizontal.rank(new_y, north[i]);
       }
-      for (int i = 0; i < places_; i++)
-        for (int j = i + 1; j < places_; j++) {
+      for (int i = 0; i < nodes_; i++)
+        for (int j = i + 1; j < bodies_; j++) {
           if (!(moved[i] || moved[j])) continue;
           int count = 0;
           if (east[i] != east[j]) {
@@ -113,16 +114,16 @@ class Crossings {
             const auto [from, to] = std::minmax(north[i], north[j]);
             count += horizontal.crossed(y[i], x[i], slope(y[i], x[i], y[j], x[j]), from, to);
           }
-          count_[(size_t)i * places_ + j][lane] = (float)count;
+          count_[(size_t)i * bodies_ + j][lane] = (float)count;
         }
     }
   }
 
  private:
-  const int places_;
-  Floats* count_;        // [places, places], where the first is the lower one
-  float *x_, *y_;        // [lane, places], where everybody was when last counted
-  int *east_, *north_;   // [lane, places], walls passed on the way there along each axis
+  const int nodes_, bodies_;
+  Floats* count_;        // [nodes, bodies], where the first is the lower one
+  float *x_, *y_;        // [lane, bodies], where everybody was when last counted
+  int *east_, *north_;   // [lane, bodies], walls passed on the way there along each axis
 };
 
 // The nearest point of something in each episode: squared distance, m2, infinite if there is none, and the point, m.

@@ -2,6 +2,7 @@
 #pragma once
 #include <utility>
 
+#include "jamming.h"
 #include "state.h"
 
 namespace slcs2 {
@@ -17,6 +18,10 @@ inline void enter_neighbours(Group& g, int i) {
     y[j] = heard[j] ? g.y[j] : y[j];
   }
   if (!g.any_jammer) return;
+  if (g.sizes.jammers > 0) {
+    notice(g, i);
+    return;
+  }
   Floats noise = all(0.0f);
   for (int c = 0; c < g.channels; c++) noise = maximum(noise, g.jamming[(size_t)c * g.nodes + i]);
   const Floats distance = root(squared_distance(g.x[i], g.y[i], g.jammer_x, g.jammer_y));
@@ -45,12 +50,13 @@ inline void share(Group& g) {
         x[other] = newer ? g.known_x[j * n + other] : x[other];
         y[other] = newer ? g.known_y[j * n + other] : y[other];
       }
-      range[i] = maximum(range[i], where(heard[j], g.jammer_range[j]));
+      if (g.sizes.jammers == 0) range[i] = maximum(range[i], where(heard[j], g.jammer_range[j]));
     }
     time[i] = g.known_time[i * n + i], x[i] = g.known_x[i * n + i], y[i] = g.known_y[i * n + i];  // of others only
   }
   std::swap(g.known_time, g.told_time), std::swap(g.known_x, g.told_x), std::swap(g.known_y, g.told_y);
   for (size_t i = 0; i < n; i++) g.jammer_range[i] = range[i];
+  if (g.sizes.jammers > 0) share_jammers(g);
 }
 
 }  // namespace slcs2

@@ -19,6 +19,7 @@ inline void for_each(const Bits* bits, int words, Visit visit) {
 struct Mind {
   const Sizes* sizes;
   int words;                          // of bits for all rules
+  int actions;                        // of the vocabulary
   float *quality, *error, *strength;  // [R], q, epsilon, zeta (paper, table of a rule's parameters)
   int32_t* usage;                     // [R], tau, without the last action set
   float* matched;                     // [R], quality of the rules in the match set, no number for the others
@@ -35,17 +36,17 @@ struct Mind {
   static Mind take(Store& store, const Sizes& s) {
     const size_t words = s.rule_words(), rules = whole_vectors(s);
     Mind m{};
-    m.sizes = &s, m.words = (int)words;
+    m.sizes = &s, m.words = (int)words, m.actions = Actions(s).count;
     for (float** array : {&m.quality, &m.error, &m.strength, &m.matched}) *array = store.take<float>(rules);
     m.usage = store.take<int32_t>(rules), m.action = store.take<uint32_t>(rules);
     m.condition = store.take<uint32_t>(s.words * rules);
-    m.acting = store.take<Bits>((N_ACTIONS + 1) * words);
+    m.acting = store.take<Bits>((m.actions + 1) * words);
     m.match = store.take<Bits>(words), m.sets = store.take<Bits>(HISTORY * words);
     m.reflex = s.reflexes ? store.take<Bits>(words) : nullptr;
     return m;
   }
 
-  const Bits* rules_with(uint32_t action_) const { return acting + std::min<size_t>(action_, N_ACTIONS) * words; }
+  const Bits* rules_with(uint32_t action_) const { return acting + std::min<size_t>(action_, actions) * words; }
 
   Bits* set(int step) const { return sets + (size_t)(step % HISTORY) * words; }
 
@@ -56,9 +57,9 @@ struct Mind {
       quality[r] = 0.0f, action[r] = 0;
       for (int w = 0; w < sizes->words; w++) condition[w * rules + r] = 0;
     }
-    memset(acting, 0, (N_ACTIONS + 1) * (size_t)words * sizeof(Bits));
+    memset(acting, 0, (actions + 1) * (size_t)words * sizeof(Bits));
     for (int r = 0; r < sizes->rules; r++)
-      acting[std::min<size_t>(action[r], N_ACTIONS) * words + r / 64] |= Bits(1) << (r % 64);
+      acting[std::min<size_t>(action[r], actions) * words + r / 64] |= Bits(1) << (r % 64);
     memset(truth, 0, sizeof truth);
     match_all();
   }

@@ -20,13 +20,11 @@ class Notes {
     const size_t n = s_.agents, words = (s_.nodes() + WORD - 1) / WORD;
     at<uint8_t>(N_RUNNING, step) = g.running[0] != 0;
     at<int32_t>(N_WAITING, step) = g.waiting[0], at<int32_t>(N_DELIVERED, step) = g.delivered[0];
-    at<int8_t>(N_JAMMED, step) = NOBODY;
-    for (int c = g.channels - 1; c >= 0; c--)
-      for (int j = 0; j < g.nodes; j++)
-        if (g.jamming[(size_t)c * g.nodes + j][0] > 0) at<int8_t>(N_JAMMED, step) = (int8_t)c;
+    jammers(g, step);
     for (size_t i = 0; i < n; i++) {
       at<float>(N_X, step * n + i) = g.x[i][0], at<float>(N_Y, step * n + i) = g.y[i][0];
       at<uint8_t>(N_HOLDING, step * n + i) = g.holding[i][0] != 0;
+      at<uint8_t>(N_DOWN, step * n + i) = g.sizes.failing && g.down[i][0] != 0;
       for (size_t w = 0; w < words; w++) at<uint32_t>(N_HEARD, (step * words + w) * n + i) = 0;
       for (int j = 0; j < g.nodes; j++)
         if (g.heard[i * g.nodes + j][0]) at<uint32_t>(N_HEARD, (step * words + j / WORD) * n + i) |= 1u << (j % WORD);
@@ -63,6 +61,19 @@ class Notes {
   }
 
  private:
+  // Where the jammers are, and on which channel each emits.
+  void jammers(const Group& g, int step) {
+    const int count = s_.shown_jammers();
+    for (int jammer = 0; jammer < count; jammer++) {
+      const size_t place = (size_t)step * count + jammer;
+      at<float>(N_JAMMER_X, place) = g.x[g.nodes + jammer][0], at<float>(N_JAMMER_Y, place) = g.y[g.nodes + jammer][0];
+      at<int8_t>(N_JAMMED, place) = jammer < g.jammers_present ? (int8_t)g.emits[jammer][0] : NOBODY;
+    }
+    for (int c = g.channels - 1; s_.jammers == 0 && c >= 0; c--)
+      for (int j = 0; j < g.nodes; j++)
+        if (g.jamming[(size_t)c * g.nodes + j][0] > 0) at<int8_t>(N_JAMMED, step) = (int8_t)c;
+  }
+
   template <class E>
   E& at(int which, size_t place) {
     return ((E*)to_[which])[place];

@@ -21,7 +21,8 @@ struct Truth {
   void put(int clause, Mask holds) { word[clause / 32] |= (Words)holds & (1u << (clause % 32)); }
 };
 
-// Agent i's observation. Nothing is true for the agents of an episode that is over. `needed`: the clauses that any rule
+// Agent i's observation. Nothing is true for the agents of an episode that is over,
+// nor for one that is down. `needed`: the clauses that any rule
 // states; the others are left false.
 inline Truth observe(Group& g, int i, const Candidates& everybody, const uint32_t* needed) {
   const Parameters& p = g.parameters;
@@ -56,7 +57,8 @@ inline Truth observe(Group& g, int i, const Candidates& everybody, const uint32_
       truth.put(distance_clause(l, 2, r), (defined[l] <= high) & (defined[l] >= low));
     }
   }
-  for (Words& word : truth.word) word &= (Words)g.running;
+  const Mask able = g.sizes.failing ? g.running & ~g.down[i] : g.running;
+  for (Words& word : truth.word) word &= (Words)able;
   return truth;
 }
 

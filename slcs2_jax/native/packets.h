@@ -1,6 +1,6 @@
 // Packets on the air: collecting, sending, interference, and who holds what afterwards. See swarm/packets.py.
 #pragma once
-#include "links.h"
+#include "radio.h"
 #include "randomness.h"
 #include "state.h"
 

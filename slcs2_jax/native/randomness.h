@@ -7,7 +7,10 @@ namespace slcs2 {
 
 constexpr uint32_t GOLDEN = 0x9E3779B9u;
 
-enum Purpose : uint32_t { SHADOWING = 0, RULE = 1, COLLECT = 2 };
+enum Purpose : uint32_t {
+  SHADOWING = 0, RULE = 1, COLLECT = 2, FADING = 3, JAMMER_LINK = 4, EMISSION = 5, FAILURE = 6, RECOVERY = 7,
+  FAILURE_LOT = 8
+};
 
 // lowbias32 (C. Wellons), in two rounds; for one word or a vector of them.
 template <class T>
@@ -42,6 +45,11 @@ inline Stream<Words> stream(Words key_low, Words key_high, Ints t, Purpose purpo
 }
 
 inline Stream<uint32_t> in_lane(const Stream<Words>& all, int lane) { return {all.low[lane], all.high[lane]}; }
+
+// Uniform numbers from 2^-24 to 1 - 2^-24.
+inline Floats uniform(Words word) {
+  return __builtin_convertvector((Ints)(word >> 9), Floats) * (1.0f / (1 << 23)) + 1.0f / (1 << 24);
+}
 
 // Standard normal deviates by the inverse distribution function (M. Giles 2010, "Approximating the erfinv function").
 inline Floats normal(Words word) {

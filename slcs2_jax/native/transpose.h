@@ -57,15 +57,36 @@ class Rows {
   const int count_;
 };
 
+// Those that exist in no lane come last, and are left out; numbers of lanes beyond the batch are made harmless.
+inline void load_emitters(const Buffers& buffers, const Rows& rows, Group& g) {
+  const void* const* from = buffers.given;
+  g.any_jammer = any(g.has_jammer), g.jammers_present = 0;
+  const int jammers = g.sizes.jammers;
+  for (int j = 0; j < jammers; j++) {
+    Emitter& emitter = g.emitters[j];
+    emitter.exists = rows.load_mask(from[EXISTS], j);
+    emitter.emission = rows.load<Ints>(from[EMISSION_KIND], j), emitter.motion = rows.load<Ints>(from[MOTION_KIND], j);
+    emitter.level = rows.load<Floats>(from[LEVEL], j), emitter.speed = rows.load<Floats>(from[SPEED], j);
+    emitter.duty = rows.load<Floats>(from[DUTY], j), emitter.dwell = rows.load<Ints>(from[DWELL], j);
+    emitter.dwell = emitter.dwell > 1 ? emitter.dwell : all(1);
+    for (int k = 0; k < g.sizes.points; k++) {
+      emitter.route_x[k] = rows.load<Floats>(from[ROUTE_X], (size_t)k * jammers + j);
+      emitter.route_y[k] = rows.load<Floats>(from[ROUTE_Y], (size_t)k * jammers + j);
+    }
+    if (any(emitter.exists)) g.jammers_present = j + 1, g.any_jammer = true;
+  }
+}
+
 inline void load_world(const Buffers& buffers, const Rows& rows, Group& g) {
   const void* const* from = buffers.given;
   g.sink_x = rows.load<Floats>(from[SINK_X], 0), g.sink_y = rows.load<Floats>(from[SINK_Y], 0);
   g.estimate_x = rows.load<Floats>(from[ESTIMATE_X], 0), g.estimate_y = rows.load<Floats>(from[ESTIMATE_Y], 0);
   g.jammer_x = rows.load<Floats>(from[JAMMER_X], 0), g.jammer_y = rows.load<Floats>(from[JAMMER_Y], 0);
   g.has_jammer = rows.load_mask(from[HAS_JAMMER], 0);
-  g.any_jammer = any(g.has_jammer);
   g.time_limit = rows.load<Ints>(from[TIME_LIMIT], 0);
   for (int c = 0; c < g.channels; c++) g.channel_used[c] = rows.load_mask(from[CHANNELS], c);
+  g.failures_at = (const int32_t*)from[FAILURES_AT];
+  load_emitters(buffers, rows, g);
 }
 
 // Move every field of the state: from the arrays into the group, or back. `move(array, row, vector)`.
@@ -88,10 +109,18 @@ inline void each_field(const Buffers& buffers, Group& g, MoveVector move, MoveMa
     move(arrays[CONTRIBUTION], i, g.contribution[i]);
     for (int c = 0; c < g.channels; c++)
       move(arrays[INTERFERENCE], (size_t)c * n + i, g.interference[(size_t)i * g.channels + c]);
+    if (g.sizes.failing) move_mask(arrays[DOWN], i, g.down[i]);
     if (g.sizes.policy != CLASSIFIER) continue;
     move(arrays[REWARD], i, g.reward[i]);
     for (int k = 0; k < g.sizes.depth; k++)
       move(arrays[RECENT], (size_t)k * n + i, g.recent[(size_t)i * g.sizes.depth + k]);
+  }
+  if (g.sizes.failing) move(arrays[LOST], 0, g.lost);
+  for (int j = 0; j < g.sizes.further_jammers(); j++)
+    move(arrays[JAMMERS_X], j, g.x[g.places + j]), move(arrays[JAMMERS_Y], j, g.y[g.places + j]);
+  for (int k = 0; k < g.sizes.jammers * n; k++) {
+    move(arrays[SEEN_TIME], k, g.seen_time[k]), move(arrays[SEEN_X], k, g.seen_x[k]);
+    move(arrays[SEEN_Y], k, g.seen_y[k]), move(arrays[SEEN_RANGE], k, g.seen_range[k]);
   }
 }
 
@@ -113,6 +142,9 @@ inline void store_power(const Buffers& buffers, const Rows& rows, const Group& g
       const int i = c >= r ? r : last - r, j = c >= r ? c : last - c;
       rows.store(buffers.kept[POWER], (size_t)r * g.places + c, g.power_of(i)[j], awake);
     }
+  for (int jammer = 0; jammer < g.sizes.further_jammers(); jammer++)
+    for (int i = 0; i < g.nodes; i++)
+      rows.store(buffers.kept[JAMMERS_POWER], (size_t)jammer * g.nodes + i, g.power_of(g.places + jammer)[i], awake);
 }
 
 inline void store_state(const Buffers& buffers, const Rows& rows, Group& g, const bool* awake) {

@@ -59,16 +59,17 @@ class Classifier(Policy):
 
     def initial_memory(self, parameters: Rules, agents: jax.Array, learning: LearningParameters) -> Memory:
         """Nothing learnt: all zero, but for quality that the rules bring, or that the settings give to all."""
+        xp = parameters.action.__array_namespace__()  # NumPy or JAX
         per_agent = parameters.action.shape[1:]
-        zeros = jnp.zeros(parameters.action.shape, jnp.float32)
+        zeros = xp.zeros(parameters.action.shape, xp.float32)
         return Memory(
             quality=zeros + learning.initial_quality if parameters.quality is None else parameters.quality,
             error=zeros,
             strength=zeros,
-            usage=jnp.zeros(zeros.shape, jnp.int32),
-            trace=jnp.zeros(zeros.shape, jnp.uint32),
-            reward=jnp.zeros(per_agent, jnp.float32),
-            recent=jnp.zeros((learning.bp_max, *per_agent), jnp.float32),
+            usage=xp.zeros(zeros.shape, xp.int32),
+            trace=xp.zeros(zeros.shape, xp.uint32),
+            reward=xp.zeros(per_agent, xp.float32),
+            recent=xp.zeros((learning.bp_max, *per_agent), xp.float32),
         )
 
     def decide(

@@ -54,7 +54,8 @@ class FirstMatch(Policy):
 
     def initial_memory(self, parameters: Rules, agents: jax.Array, learning: LearningParameters) -> jax.Array:
         """No rule has acted."""
-        return jnp.zeros(parameters.action.shape, jnp.int32)
+        xp = parameters.action.__array_namespace__()  # NumPy or JAX
+        return xp.zeros(parameters.action.shape, xp.int32)
 
     def decide(
         self, memory: jax.Array, parameters: Rules, seen: Observation, clock: Clock, learning: LearningParameters
@@ -65,7 +66,8 @@ class FirstMatch(Policy):
 
     def finish(self, memory: jax.Array, last_share: jax.Array, learning: LearningParameters) -> Figures:
         """How often each rule acted; nothing is learnt, so the rest is 0."""
-        nothing = jnp.zeros(memory.shape, jnp.float32)
+        xp = memory.__array_namespace__()
+        nothing = xp.zeros(memory.shape, xp.float32)
         return Figures(quality=nothing, strength=nothing, error=nothing, usage=memory)
 
     def chosen(

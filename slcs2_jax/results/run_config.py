@@ -27,9 +27,10 @@ CONFIG = "config.yaml"
 FORMAT = "slcs2_jax run 1"
 _ONCE_THE_ONLY_ONE = "Search"  # in records of versions whose settings did not name the search
 
-# What may differ when a run goes on: where it lies, how far it goes, how much of the machine it uses, when it is saved.
+# What may differ when a run goes on: where it lies, how far it goes, how much of the machine it uses, when it is saved,
+# who is told.
 # Slots and chunk may not: they decide the last bits of the arithmetic.
-_FREE = ("run_dir", "generations", "compute.devices", "compute.cache")
+_FREE = ("run_dir", "generations", "compute.devices", "compute.cache", "logger")
 _FREE_SECTIONS = ("checkpoint",)
 _LONGEST = 2**16  # letters of a command in the record
 

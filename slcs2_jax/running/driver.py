@@ -17,6 +17,7 @@ from slcs2_jax.config import Jammers, Settings, World
 from slcs2_jax.grammar import GRAMMARS
 from slcs2_jax.native.choice import computed_on
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, ScenarioSummary
+from slcs2_jax.results.loggers import check_logger
 from slcs2_jax.results.reading import look
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.batches import make_batches, slots_per_device
@@ -62,6 +63,7 @@ def evolve(
     report = report or Quiet()
     for one in settings:
         check_parts(one.search)
+        check_logger(one)
         check_knowledge(one)
     summaries, widths = _look(settings)
     runs: dict[int, Run] = {}
@@ -77,7 +79,7 @@ def evolve(
         for width, places in batches:
             for place in places:
                 device = computed_on(settings[place].compute)
-                run = prepare(settings[place], device=device, width=width, as_begun=as_begun)
+                run = prepare(settings[place], device=device, width=width, as_begun=as_begun, note=report.note)
                 runs[place] = run
                 folders.callback(run.close)
                 if run.folder is not None and (changes := run.folder.config.changes(device)):

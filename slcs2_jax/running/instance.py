@@ -87,6 +87,11 @@ class Instance:
         return next(iter(self._candidates.values())).policy
 
     @property
+    def generation(self) -> int:
+        """Solutions that the search was told of."""
+        return self.search.generation
+
+    @property
     def useful_steps(self) -> int:
         """Time-steps that counted, those of the winner's measurement too."""
         return self.env_steps + (0 if self.measurement is None else self.measurement.useful_steps)
@@ -103,7 +108,7 @@ class Instance:
 
     @property
     def expected_fitness(self) -> float:
-        """That of the fittest parent."""
+        """That of the fittest parent; 0 if there is none."""
         return self._expected
 
     def wanted(self, ahead: int) -> list[Name]:

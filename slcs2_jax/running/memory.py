@@ -9,6 +9,7 @@ from typing import Any
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.field import refuse
+from slcs2_jax.native import choice
 from slcs2_jax.results.rows import MOST_ROWS
 
 MEMBERS = 50  # of a collection, as they are usually seen
@@ -17,8 +18,15 @@ _CGROUP = Path("/sys/fs/cgroup")
 
 
 def slot_bytes(settings: Settings) -> int:
-    """Of one slot at its peak, when the compiled programs run. Fitted to measured peaks; within a factor of two."""
+    """Of one slot at its peak, when chunks are computed. Fitted to measured peaks; within a factor of two.
+
+    The native chunk has a slot's arrays once, once more while an episode enters, and a lane group's for each thread.
+    Where parts that it does not know leave a batch to XLA, it is more: up to six times for 64 agents.
+    """
     n, rules, walls = settings.swarm.agents, settings.rules.rules, _walls(settings)
+    if choice.expected(settings.compute):
+        arrays = 37 * n * rules + 16 * n * n + 200 * n + 12 * walls
+        return 8000 + round(2.3 * arrays)
     return 110 * n * rules + 30 * n * n + 270 * n + 8 * n**3 + round(walls * (60 + 0.6 * n * n))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,6 +16,7 @@ from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.grammar import Grammar, random_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
+from slcs2_jax.results.loggers import Told
 from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import look, read_timing
 from slcs2_jax.results.summary import spread
@@ -40,6 +42,7 @@ class Run:
     grammar: Grammar
     folder: RunFolder | None
     instances: list[Instance]
+    log: Told
     seconds_before: float = 0.0  # of former sessions
     summary: RunSummary | None = None  # once it has ended
 
@@ -99,6 +102,7 @@ class Run:
             wall_seconds=self.seconds_before + seconds,
             env_steps_per_second=rate,
         )
+        self.log.summary(self.summary.to_json())
         if self.folder is None:
             return
         kept = []
@@ -125,7 +129,8 @@ class Run:
             self.folder.write_timing(self.summary.timing())
 
     def close(self) -> None:
-        """Let go of the folder."""
+        """Let go of the folder, and of who is told."""
+        self.log.close()
         if self.folder is not None:
             self.folder.close()
 
@@ -133,7 +138,14 @@ class Run:
         return as_saved(member, self.settings, self.grammar.text, instance.site.scenario.seed)
 
 
-def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = False) -> Run:
+def prepare(
+    settings: Settings,
+    *,
+    device: str,
+    width: int,
+    as_begun: bool = False,
+    note: Callable[[str], None] = lambda text: None,
+) -> Run:
     """The run of these settings, from its start or from where its folder stands; the folder stays locked.
 
     Args:
@@ -141,6 +153,7 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
         device: what it is computed on, in words.
         width: slots per device of its batch.
         as_begun: go on with the grammar that the run was begun with, even if its file is another one now.
+        note: told if its logger fails.
 
     Raises:
         InputError: there is no such search; or the folder holds another run, a damaged one, or one that another process
@@ -150,7 +163,9 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
     make = KINDS["search"].get(settings.search.name)
     if settings.run_dir is None:
         grammar = Grammar.of(settings)
-        return Run(settings, grammar, None, _instances(settings, grammar, None, make))
+        log = Told(settings, note)
+        log.start()
+        return Run(settings, grammar, None, _instances(settings, grammar, None, log, make), log)
     folder = RunFolder.open(
         settings, device=device, grammar_text=lambda: Grammar.of(settings).text, record={"width": width}
     )
@@ -159,8 +174,10 @@ def prepare(settings: Settings, *, device: str, width: int, as_begun: bool = Fal
         if not as_begun:
             _check_grammar(folder, started, settings)
         grammar = Grammar.of(settings, started)
-        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, make))
+        log = Told(settings, note)
+        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, log, make), log)
         run.restore()
+        log.start()
     except BaseException:
         folder.close()
         raise
@@ -186,7 +203,9 @@ def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
         )
 
 
-def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, make: MakeSearch) -> list[Instance]:
+def _instances(
+    settings: Settings, grammar: Grammar, folder: RunFolder | None, log: Told, make: MakeSearch
+) -> list[Instance]:
     instances = []
     knowledge = Knowledge.of(settings, grammar)
     for number in counted(range(settings.instances), "worlds made:"):
@@ -202,7 +221,7 @@ def _instances(settings: Settings, grammar: Grammar, folder: RunFolder | None, m
             initial_quality=settings.learning.initial_quality,
         )
         site = Site.of(scenario, settings)
-        record = partial(_record, folder, number, scenario.seed)
+        record = partial(_record, folder, log, number, scenario.seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances
 
@@ -211,13 +230,14 @@ def _draw_rules(grammar: Grammar, codons: int, count: int, rng: np.random.Genera
     return random_rules(grammar, count, rng, codons=codons)
 
 
-def _record(folder: RunFolder | None, number: int, seed: int, row: HistoryRow) -> None:
-    if folder is None:
-        return
+def _record(folder: RunFolder | None, log: Told, number: int, seed: int, row: HistoryRow) -> None:
     values = asdict(row)
     if math.isnan(row.novelty):  # the first solution has nobody to differ from
         values["novelty"] = None
-    folder.append([{"instance": number, "seed": seed, **values}])
+    told = {"instance": number, "seed": seed, **values}
+    if folder is not None:
+        folder.append([told])
+    log.generation(told)
 
 
 def _instance_summary(instance: Instance) -> InstanceSummary:

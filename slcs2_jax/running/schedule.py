@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
 
@@ -29,7 +30,9 @@ class Batch:
     def advance(self) -> None:
         """Fill the slots, compute a chunk of steps, and hand over what has ended.
 
-        Deployments that may turn out not to count fill slots that would be idle otherwise; those that are no longer
+        Deployments that may turn out not to count fill slots that would be idle otherwise, as far as `Rollout.room`
+        goes. Where the native chunk computes, which idle slots do not cost what others do, they must be likely to
+        count: a solution is deployed again if its fitness is positive (paper, Re-Evaluation). Those that are no longer
         wanted are dropped. What a task receives, and so every result, is the same as without them.
         """
         self._fill()
@@ -54,15 +57,19 @@ class Batch:
         if not vacant:
             return
         busy = {(id(task), name) for task, name in self._flying.values()}
-        for task, name in _queue(self.tasks):
+        going = [task for task in self.tasks if not task.finished]
+        certain = [(task, name) for task in going for name in task.wanted(0)]
+        room = self.rollout.room(len(certain))
+        likely = [task for task in going if task.expected_fitness >= 0 or not self.rollout.native]
+        for number, (task, name) in enumerate(itertools.chain(certain, _ahead(likely))):
             if (id(task), name) in busy:
                 continue
+            if not vacant or (number >= len(certain) and len(busy) >= room):
+                return
             slot = vacant.pop(0)
             self.rollout.place(slot, task.job(name))
             self._flying[slot] = (task, name)
             busy.add((id(task), name))
-            if not vacant:
-                return
 
 
 def play(batches: Sequence[Batch], after_chunk: Callable[[], None]) -> Usage:
@@ -86,14 +93,8 @@ def play(batches: Sequence[Batch], after_chunk: Callable[[], None]) -> Usage:
     )
 
 
-def _queue(tasks: Sequence[Task]) -> Iterator[tuple[Task, Name]]:
-    """Certain deployments of all tasks, then further and further ahead, tasks of greater expected fitness first."""
-    going = [task for task in tasks if not task.finished]
-    for task in going:
-        for name in task.wanted(0):
+def _ahead(tasks: Sequence[Task]) -> Iterator[tuple[Task, Name]]:
+    """Deployments that may count: of the likely ones first, then of the tasks that are behind the others."""
+    for task in sorted(tasks, key=lambda task: (task.expected_fitness <= 0, task.generation, -task.expected_fitness)):
+        for name in task.wanted(FURTHEST):
             yield task, name
-    going.sort(key=lambda task: -task.expected_fitness)
-    for ahead in range(1, FURTHEST + 1):
-        for task in going:
-            for name in task.wanted(ahead):
-                yield task, name

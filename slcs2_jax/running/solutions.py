@@ -28,7 +28,7 @@ def as_saved(member: Member, settings: Settings, grammar_text: str, seed: int) -
         **learnt,
         contribution=evaluation.contribution.astype(np.float32),
         # equal runs have equal bytes wherever they lie and whatever computed and saved them
-        settings=dataclasses.replace(settings, run_dir=None, compute=Compute(), checkpoint=Checkpoint()),
+        settings=dataclasses.replace(settings, run_dir=None, logger="none", compute=Compute(), checkpoint=Checkpoint()),
         grammar_text=grammar_text,
         instance_seed=seed,
         generation=member.generation,

@@ -60,6 +60,11 @@ class Task(Protocol):
         ...
 
     @property
+    def generation(self) -> int:
+        """How far it has come, for a task whose deployments depend on earlier ones."""
+        ...
+
+    @property
     def useful_steps(self) -> int:
         """Time-steps of the deployments that counted so far."""
         ...
@@ -99,6 +104,11 @@ class Measurement:
     def expected_fitness(self) -> float:
         """Nothing is speculative here."""
         return 0.0
+
+    @property
+    def generation(self) -> int:
+        """None of its deployments depends on another."""
+        return 0
 
     @property
     def deployments(self) -> list[Deployment]:

@@ -157,45 +157,50 @@ def initial_state(
         packets: int32 scalar.
         noise: float32 scalar, thermal noise in mW.
         failing: whether agents can fail.
+
+    Returns:
+        Arrays of the kind that the arena's are, NumPy's or JAX's.
     """
+    xp = arena.start_x.__array_namespace__()
     n, *batch = arena.start_x.shape
-    pairs = jnp.zeros((n, n, *batch), jnp.float32)
-    origin = jnp.zeros_like(arena.sink_x)
+    pairs = xp.zeros((n, n, *batch), xp.float32)
+    origin = xp.zeros_like(arena.sink_x)
     nodes = n + OTHER_NODES
     return State(
-        t=jnp.zeros(batch, jnp.int32),
+        t=xp.zeros(batch, xp.int32),
         key=key,
-        node_x=jnp.concatenate([arena.start_x, jnp.stack([origin, arena.sink_x, arena.jammer_x])]),
-        node_y=jnp.concatenate([arena.start_y, jnp.stack([origin, arena.sink_y, arena.jammer_y])]),
-        power=jnp.zeros((-(-nodes // 2), nodes, *batch), jnp.float32),
-        known_time=jnp.full((n, n, *batch), UNKNOWN),
+        node_x=xp.concatenate([arena.start_x, xp.stack([origin, arena.sink_x, arena.jammer_x])]),
+        node_y=xp.concatenate([arena.start_y, xp.stack([origin, arena.sink_y, arena.jammer_y])]),
+        power=xp.zeros((-(-nodes // 2), nodes, *batch), xp.float32),
+        known_time=xp.full((n, n, *batch), UNKNOWN, xp.int32),
         known_x=pairs,
         known_y=pairs,
-        heard=jnp.zeros((n + 2, n, *batch), bool),
-        jammer_range=jnp.zeros((n, *batch), jnp.float32),
-        holding=jnp.zeros((n, *batch), bool),
-        history=jnp.zeros((-(-n // WORD), n, *batch), jnp.uint32),
-        waiting=jnp.full(batch, packets, jnp.int32),
-        delivered=jnp.zeros(batch, jnp.int32),
-        contribution=jnp.zeros((n, *batch), jnp.int32),
-        interference=jnp.full((arena.channels.shape[0], n, *batch), noise, jnp.float32),
+        heard=xp.zeros((n + 2, n, *batch), bool),
+        jammer_range=xp.zeros((n, *batch), xp.float32),
+        holding=xp.zeros((n, *batch), bool),
+        history=xp.zeros((-(-n // WORD), n, *batch), xp.uint32),
+        waiting=xp.full(batch, packets, xp.int32),
+        delivered=xp.zeros(batch, xp.int32),
+        contribution=xp.zeros((n, *batch), xp.int32),
+        interference=xp.full((arena.channels.shape[0], n, *batch), noise, xp.float32),
         jammers=_initial_jammers(arena),
-        down=jnp.zeros((n, *batch), bool) if failing else None,
-        lost=jnp.zeros(batch, jnp.int32) if failing else None,
+        down=xp.zeros((n, *batch), bool) if failing else None,
+        lost=xp.zeros(batch, xp.int32) if failing else None,
     )
 
 
 def _initial_jammers(arena: Arena) -> JammerState | None:
     if arena.emitters is None:
         return None
+    xp = arena.start_x.__array_namespace__()
     n, *batch = arena.start_x.shape
     x, y = arena.emitters.route_x[0], arena.emitters.route_y[0]
-    unseen = jnp.zeros((x.shape[0], n, *batch), jnp.float32)
+    unseen = xp.zeros((x.shape[0], n, *batch), xp.float32)
     return JammerState(
         x=x[1:],
         y=y[1:],
-        power=jnp.zeros((x.shape[0] - 1, n + 2, *batch), jnp.float32),
-        seen_time=jnp.full(unseen.shape, UNKNOWN),
+        power=xp.zeros((x.shape[0] - 1, n + 2, *batch), xp.float32),
+        seen_time=xp.full(unseen.shape, UNKNOWN, xp.int32),
         seen_x=unseen,
         seen_y=unseen,
         seen_range=unseen,

@@ -16,8 +16,10 @@ def test_plain_yaml():
     [
         ("a: &x 1\nb: *x\n", "line 1: an anchor or an alias"),
         ("a: *x\n", "line 1: an anchor or an alias"),
-        ("[" * 10**6, "nested deeper than 24"),
-        ("{a: " * 10**5, "nested deeper than 24"),
+        ("[" * 25, "nested deeper than 24"),
+        ("{a: " * 25, "nested deeper than 24"),
+        ("[" * 10**6, "nest"),  # newer scanners have a limit of their own, and say so
+        ("{a: " * 10**5, "nest"),
         ("a: 1" + ":1" * 10**5, "a number of 200001 letters"),
         ("a: 1" * MOST_BYTES, "bytes of YAML; accepted are at most 1,048,576"),
         ("!!python/object/apply:os.system [true]", "no YAML, or cut short"),

@@ -22,7 +22,7 @@ def decibels(recording, sender, x, y) -> float:
     return radio.power_dbm - loss - crossed * radio.wall_loss_db
 
 
-def test_power_is_that_of_the_spec(jammed_episode):
+def test_power_is_that_of_the_model(jammed_episode):
     rng = np.random.default_rng(3)
     x, y = rng.uniform(-20, 130, 300), rng.uniform(-60, 60, 300)
     for sender, found in zip(

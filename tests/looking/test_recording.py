@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax import api
-from slcs2_jax.config import Compute, Radio, Rules, Settings, Swarm, World
+from slcs2_jax.config import Compute, Jammers, Radio, Rules, Settings, Swarm, World
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.grammar.vocabulary import NO_ACTION, PAPER
 from slcs2_jax.looking.recorder import record
@@ -33,8 +33,14 @@ JAMMED = dataclasses.replace(
     radio=Radio(power_dbm=6.5),  # net is 54 m
     rules=Rules(rules=RULES, grammar="both"),
 )
-WORLDS = {"open": OPEN, "jammed": JAMMED}
-everywhere = pytest.mark.parametrize("world", WORLDS)
+TROUBLED = dataclasses.replace(
+    JAMMED,
+    swarm=dataclasses.replace(JAMMED.swarm, failure_rate=0.01, recovery_steps=20.0, failures_at=(50,)),
+    radio=dataclasses.replace(JAMMED.radio, fading="rayleigh"),
+    jammers=Jammers(count=3, emission="random", motion="pursue", power_db=-6.0),
+)
+WORLDS = {"open": OPEN, "jammed": JAMMED, "troubled": TROUBLED}
+everywhere = pytest.mark.parametrize("world", ["open", "jammed"])
 
 
 def deployed(world: str) -> tuple:
@@ -50,7 +56,7 @@ def recording(world: str) -> Recording:
     return record(settings, scenario, bound, fresh_deployment_key(scenario.seed, 1))
 
 
-@everywhere
+@pytest.mark.parametrize("world", WORLDS)
 def test_it_is_the_episode_that_a_rollout_computes(world):
     settings, scenario, bound = deployed(world)
     one, found = api.deploy(settings, scenario, bound.given, deployments=2)[1], recording(world)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import shutil
 import subprocess
 import sys
@@ -12,9 +13,10 @@ import pytest
 from PIL import Image
 
 from slcs2_jax import cli
+from slcs2_jax.config import InputError
 from slcs2_jax.looking import animation
 from slcs2_jax.looking.scene import FATES
-from slcs2_jax.looking.solutions import replay
+from slcs2_jax.looking.solutions import animate, replay
 from slcs2_jax.results import load_solution
 from slcs2_jax.swarm.fate import Fate
 
@@ -60,6 +62,33 @@ def test_steps_after_the_end_are_not_computed_and_those_before_are_the_episodes(
         np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name)[:50], name)
     assert (cut.matched <= whole.matched).all()
     assert replay(solution, steps=10**6).ended
+
+
+def test_a_notebook_draws_the_same_animation(finished, tmp_path, monkeypatch):
+    assert cli.main(["replay", str(finished), "start=20", "end=60", "every=10", "fps=10", "out=by_command.gif"]) == 0
+    recording = replay(load_solution(finished / "solutions" / "instance_000_best.npz"))
+    assert animate(recording, "one.gif", start=20, end=60, every=10, fps=10).is_file()
+    with Image.open("one.gif") as one, Image.open("by_command.gif") as other:
+        assert one.n_frames == other.n_frames == 5
+        assert (frame(one, 0) != frame(one, 4)).any()
+    both = animate({"above": recording, "below": recording}, tmp_path / "two.gif", end=20, every=10)
+    with Image.open(both) as two, Image.open("one.gif") as one:
+        assert two.size[1] > 1.5 * one.size[1]
+    for wrong, says in (
+        ({"out": "a.txt"}, "out=a.txt: accepted is a file whose name ends in .gif or .mp4"),
+        ({"end": 10**6}, "end=1000000: accepted is a whole number from 1 to"),
+        ({"start": 60, "end": 60}, "start=60: accepted is a whole number from 0 to 59"),
+        ({"fps": 0}, "fps=0: accepted is a whole number from 1 to 100"),
+    ):
+        with pytest.raises(InputError, match=re.escape(says)):
+            animate(recording, **{"out": "b.gif", **wrong})
+    with pytest.raises(InputError, match="recordings: none given"):
+        animate({}, "b.gif")
+    monkeypatch.setitem(sys.modules, "slcs2_jax.looking.animation", None)
+    monkeypatch.delattr(sys.modules["slcs2_jax.looking"], "animation")
+    with pytest.raises(InputError, match=r"accepted is an installation with slcs2_jax\[plot\]"):
+        animate(recording, "b.gif")
+    assert not (tmp_path / "b.gif").exists()
 
 
 def test_two_behaviours_stand_one_above_the_other(finished, tmp_path, capsys):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,9 @@ import jax
 import numpy as np
 
 from slcs2_jax.episode import Episode, Parameters
-from slcs2_jax.native import advance as native
-from slcs2_jax.native.advance import Sizes
+from slcs2_jax.native.arrays import Sizes, given_arrays, kept_arrays, notes_shapes, with_kept
 
-GIVEN, KEPT, NOTED = 18 + 1, 16 + 7, 15
+GIVEN, KEPT, NOTED = 29, 16 + 9 + 7, 18
 
 
 class Plain:
@@ -37,17 +35,17 @@ class Plain:
 
     @staticmethod
     def _call(function: Any, episode: Episode, parameters: Parameters, sizes: Sizes) -> list[np.ndarray]:
-        given = [np.ascontiguousarray(array) for array in native.given_arrays(episode, parameters)]
-        kept = [np.array(array, order="C") for array in native.kept_arrays(episode)]
+        given = [np.ascontiguousarray(array) for array in given_arrays(episode, parameters)]
+        kept = [np.array(array, order="C") for array in kept_arrays(episode)]
         assert len(given) == GIVEN
         pointers = (ctypes.c_void_p * (GIVEN + KEPT + NOTED))()
         for place, array in enumerate([*given, *kept]):
             pointers[place] = array.ctypes.data
-        shapes = native.notes_shapes(sizes) if sizes.noted else {}
+        shapes = notes_shapes(sizes) if sizes.noted else {}
         notes = [np.zeros(one.shape, one.dtype) for one in shapes.values()]
         for place, array in enumerate(notes):
             pointers[GIVEN + KEPT + place] = array.ctypes.data
-        function(sizes.as_array().ctypes.data_as(ctypes.c_void_p), pointers)
+        assert function(sizes.as_array().ctypes.data_as(ctypes.c_void_p), pointers, 2) == 0
         return kept
 
 
@@ -58,7 +56,4 @@ def some(episode: Episode, columns: Any) -> Episode:
 
 def joined(kept: list[np.ndarray], episode: Episode) -> Episode:
     """The episodes with what a call left of their state and memory."""
-    names = native.STATE
-    state = dataclasses.replace(episode.state, **dict(zip(names, kept, strict=False)))
-    memory = dataclasses.replace(episode.memory, **dict(zip(native.MEMORY, kept[len(names) :], strict=False)))
-    return dataclasses.replace(episode, state=state, memory=memory)
+    return with_kept(episode, kept)

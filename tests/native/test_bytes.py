@@ -6,6 +6,7 @@ import functools
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -19,6 +20,7 @@ from tests.native.plain import Plain, joined, some
 
 CELLS = [(kind, "short", "both") for kind in ENVIRONMENTS] + [(kind, "long", "main") for kind in ENVIRONMENTS]
 # lanes, compiler, instruction set, further flags
+USUAL = (8, "g++", "x86-64-v3", ())
 VARIANTS = {
     "scalar": (1, "g++", "x86-64-v2", ("-O1",)),
     "4 lanes": (4, "g++", "x86-64-v2", ()),
@@ -35,18 +37,22 @@ def _folder() -> Path:
 
 
 @functools.cache
-def library(lanes: int, compiler: str, level: str, flags: tuple[str, ...]) -> Plain:
+def compiled(lanes: int, compiler: str, level: str, flags: tuple[str, ...]) -> Path:
     """A library of one's own making."""
     path = _folder() / f"{lanes}-{compiler}-{level}{''.join(flags)}.so"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CXX", compiler)
         extra = (f"-DSLCS2_LANES={lanes}", *flags)
         build.compile_library(path, jax.ffi.include_dir(), level, extra)
-    return Plain(path)
+    return path
+
+
+def library(*how: Any) -> Plain:
+    return Plain(compiled(*how))
 
 
 def usual() -> Plain:
-    return library(8, "g++", "x86-64-v3", ())
+    return library(*USUAL)
 
 
 @functools.cache

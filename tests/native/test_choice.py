@@ -5,13 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
+from slcs2_jax.config.registry import KINDS
 from slcs2_jax.native import choice
 from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.swarm.reward import Progress
 from slcs2_jax.swarm.task import Delivery
+from slcs2_jax.world.layout import Jammer
 from tests.native.episodes import make
 
 
@@ -59,6 +62,17 @@ def test_a_users_part_is_named(parts: dict[str, Any], name: str) -> None:
     assert "XLA" in line
     with pytest.raises(InputError, match=rf"compute\.native=on: .*{name}"):
         asked("on", **parts)
+
+
+@pytest.mark.parametrize("kind", ["emission", "jammer motion"])
+def test_a_users_jammer_is_named(kind: str) -> None:
+    KINDS[kind].add("mine", len, "my_module")
+    try:
+        jammer = Jammer(np.zeros(2, np.float32), **{kind.split()[-1]: "mine"})
+        episode, parameters = make("open", "main", batch=1, jammers=lambda _: (jammer,))
+        assert choice.beyond(parameters, episode.arena, episode.given) == f"the {kind} mine"
+    finally:
+        KINDS[kind].forget("mine")
 
 
 def test_on_other_devices_xla_computes() -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slcs2_jax import cli
-from slcs2_jax.config import Compute, InputError, Rules, Search, Settings, Swarm, World
+from slcs2_jax import cli, rollout
+from slcs2_jax.config import Compute, InputError, Radio, Rules, Search, Settings, Swarm, World
 from slcs2_jax.results import FinishedRun, RunSummary, read_run
 from slcs2_jax.running import driver
 
@@ -241,3 +241,21 @@ def test_a_folder_that_holds_a_run_stays_as_it_is(main_run):
     with pytest.raises(InputError, match=r"seed=1: run_dir=.* already holds a run with seed=0"):
         driver.evolve([small(main_run.path, seed=1)])
     assert {path: path.read_bytes() for path in main_run.path.rglob("*") if path.is_file()} == before
+
+
+# -- a sweep over physical values --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("native", ["auto", "off"])
+def test_points_that_differ_in_physical_values_alone_are_compiled_once_and_come_to_what_each_comes_to_alone(native):
+    compute = Compute(devices=1, chunk=50, native=native)
+    points = [
+        small(radio=Radio(path_loss_exponent=exponent), swarm=Swarm(agents=AGENTS, packets=packets), compute=compute)
+        for exponent, packets in ((2.7, 4), (2.9, 4), (2.7, 3))
+    ]
+    rollout._programs.cache_clear()
+    swept = driver.evolve(points)
+    assert rollout._programs.cache_info().misses == 1
+    assert len({summary.instances for summary in swept}) == len(points)
+    [alone] = driver.evolve([points[1]])
+    assert alone.instances == swept[1].instances

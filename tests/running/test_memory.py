@@ -11,7 +11,9 @@ from slcs2_jax.config import Compute, InputError, Rules, Search, Settings, Swarm
 from slcs2_jax.running import driver, memory
 
 # Peaks per slot in kB (agents, rules, walls), measured as the growth of a process's resident memory on a CPU.
-MEASURED = {(12, 100, 0): 105, (12, 100, 176): 174, (32, 100, 0): 770, (12, 400, 0): 441, (64, 100, 352): 3993}
+XLA = {(12, 100, 0): 105, (12, 100, 176): 174, (32, 100, 0): 770, (12, 400, 0): 441, (64, 100, 352): 3993}
+NATIVE = {(12, 100, 0): 108, (12, 100, 176): 108, (32, 100, 0): 300, (12, 400, 0): 399, (64, 100, 352): 619,
+          (2, 20, 0): 13, (64, 1000, 0): 4856}  # fmt: skip
 
 
 def settings(agents: int = 12, rules: int = 100, *, walls: int = 0, **values) -> Settings:
@@ -22,21 +24,25 @@ def settings(agents: int = 12, rules: int = 100, *, walls: int = 0, **values) ->
     return dataclasses.replace(one, **values)
 
 
-@pytest.mark.parametrize("size", MEASURED)
-def test_the_estimate_is_near_what_was_measured(size):
+@pytest.mark.parametrize(
+    ("native", "size", "measured"),
+    [("off", *one) for one in XLA.items()] + [("on", *one) for one in NATIVE.items()],
+)
+def test_the_estimate_is_near_what_was_measured(native, size, measured):
     agents, rules, walls = size
-    estimate = memory.slot_bytes(settings(agents, rules, walls=walls)) / 1024
-    assert 0.5 < estimate / MEASURED[size] < 2
+    estimate = memory.slot_bytes(settings(agents, rules, walls=walls, compute=Compute(native=native))) / 1024
+    assert 0.5 < estimate / measured < 2
 
 
 def test_on_a_cpu_all_comes_from_the_same_memory(monkeypatch):
     monkeypatch.setattr(memory, "available_host", lambda: 10**9)
+    one = settings(compute=Compute(native="off"))
     cpu = [SimpleNamespace(platform="cpu")]
-    memory.check_memory(settings(), 4 * 10**8, 3000, cpu)
+    memory.check_memory(one, 4 * 10**8, 3000, cpu)
     with pytest.raises(InputError, match=r"memory: about 1\.2 GB would be needed and 1\.0 GB are free; .*slots \(now"):
-        memory.check_memory(settings(), 4 * 10**8, 5000, cpu)
+        memory.check_memory(one, 4 * 10**8, 5000, cpu)
     with pytest.raises(InputError, match=r"lower the number of instances or runs, swarm.agents"):
-        memory.check_memory(settings(), 9 * 10**8, 3000, cpu)
+        memory.check_memory(one, 9 * 10**8, 3000, cpu)
 
 
 def test_a_gpu_has_memory_of_its_own(monkeypatch):
@@ -44,12 +50,13 @@ def test_a_gpu_has_memory_of_its_own(monkeypatch):
         stats = {"bytes_limit": free + 10, "bytes_in_use": 10}
         return [SimpleNamespace(platform="gpu", memory_stats=lambda: stats)] * 2
 
+    one = settings(compute=Compute(native="off"))
     monkeypatch.setattr(memory, "available_host", lambda: 10**6)
-    memory.check_memory(settings(), 10**6, 10_000, gpu(10**9))
+    memory.check_memory(one, 10**6, 10_000, gpu(10**9))
     with pytest.raises(InputError, match=r"device memory: about .* GB would be needed and 1.0 GB are free"):
-        memory.check_memory(settings(), 10**6, 10_000, gpu(5 * 10**8))
+        memory.check_memory(one, 10**6, 10_000, gpu(5 * 10**8))
     with pytest.raises(InputError, match=r"^memory: "):
-        memory.check_memory(settings(), 2 * 10**6, 1, gpu(10**9))
+        memory.check_memory(one, 2 * 10**6, 1, gpu(10**9))
 
 
 def test_the_limit_of_a_container_counts(monkeypatch, tmp_path):

@@ -20,8 +20,8 @@ class Done:
 class Rollout:
     """Slots whose jobs take a number of chunks that follows from the job, so that they end in a jumbled order."""
 
-    def __init__(self, slots: int, *, longest: int = 4) -> None:
-        self.slots, self.longest = slots, longest
+    def __init__(self, slots: int, *, longest: int = 4, native: bool = False, lanes: int = 1) -> None:
+        self.slots, self.longest, self.native, self.lanes = slots, longest, native, lanes
         self.jobs: dict[int, object] = {}
         self.left: dict[int, int] = {}
         self.placed: list[object] = []
@@ -31,6 +31,9 @@ class Rollout:
 
     def vacant(self) -> list[int]:
         return [slot for slot in range(self.slots) if slot not in self.jobs]
+
+    def room(self, certain: int) -> int:
+        return self.lanes * -(-certain // self.lanes) if self.native else self.slots
 
     def place(self, slot: int, job: object) -> None:
         assert slot not in self.jobs, "the slot is taken"
@@ -122,13 +125,30 @@ def test_one_slot_computes_nothing_that_does_not_count():
     assert len(rollout.placed) == sum(map(len, task.rows))
 
 
-def test_certain_deployments_come_first_then_those_of_greater_expected_fitness():
-    tasks = [Task(0, expected_fitness=-0.5), Task(1, expected_fitness=0.9), Task(2, expected_fitness=0.1)]
-    rollout = Rollout(6)
+def test_certain_deployments_come_first_then_the_likely_ones_of_those_who_are_behind():
+    fitness = {0: -0.5, 1: 0.9, 2: 0.1, 3: 0.2}
+    tasks = [Task(seed, expected_fitness=value, generation=int(seed == 1)) for seed, value in fitness.items()]
+    rollout = Rollout(16)
     with pytest.raises(StopIteration):
         play([Batch(tasks, rollout)], stop)
-    assert [job[0] for job in rollout.placed] == [0, 1, 2, 1, 2, 0]
-    assert [job[3] for job in rollout.placed] == [0, 0, 0, 1, 1, 1]
+    assert [job[0] for job in rollout.placed] == [0, 1, 2, 3] + [3] * 5 + [2] * 5 + [1] * 2
+    assert [job[3] for job in rollout.placed[4:9]] == [1, 2, 3, 4, 5]
+
+
+def test_where_idle_slots_cost_nothing_only_likely_deployments_fill_them_as_far_as_there_is_room():
+    for lanes, expected in ((4, [0, 1, 2, 1]), (16, [0, 1, 2] + [1] * 5 + [2] * 5)):
+        tasks = [Task(seed, expected_fitness=value) for seed, value in enumerate([-0.5, 0.9, 0.0])]
+        rollout = Rollout(20, native=True, lanes=lanes)
+        with pytest.raises(StopIteration):
+            play([Batch(tasks, rollout)], stop)
+        assert [job[0] for job in rollout.placed] == expected
+
+
+def test_certain_deployments_are_begun_whatever_room_there_is():
+    tasks = [Task(seed, expected_fitness=0.5) for seed in range(5)]
+    rollout = Rollout(5, native=True, lanes=4)
+    play([Batch(tasks, rollout)], lambda: None)
+    assert [task.rows for task in tasks] == [one_after_the_other(Task(seed)) for seed in range(5)]
 
 
 def test_idle_slots_look_no_further_than_may_count():

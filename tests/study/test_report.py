@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from slcs2_jax import cli
+from slcs2_jax import __version__, cli
 from slcs2_jax.commands import report as command
 from slcs2_jax.config import InputError
 from slcs2_jax.study.report import write_report
@@ -55,7 +55,7 @@ def test_partial_results_are_told(runs):
     assert "- no runs at all: short jammed," in text
     assert "short overall" not in text
     # the sentence names its condition, and where the runs come from
-    assert "slcs2_jax 0.1.0" in text
+    assert f"slcs2_jax {__version__}" in text
     assert "Devices: 1 x cpu." in text
 
 
