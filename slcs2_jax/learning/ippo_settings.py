@@ -34,7 +34,7 @@ class Ippo(Section):
         status="run", low=1, high=10**15,
     )  # fmt: skip
     gradient_norm: float = setting(0.5, "greatest norm of a gradient", status="run", low=LEAST, high=1e6)
-    discount: float = setting(0.99, "gamma, per step", status="run", low=0, high=1)
+    discount: float = setting(0.997, "gamma, per step", status="run", low=0, high=1)
     gae: float = setting(0.95, "lambda of the advantage estimate", status="run", low=0, high=1)
     clip: float = setting(0.2, "how far a probability ratio counts from 1", status="run", low=LEAST, high=1)
     entropy: float = setting(0.01, "weight of the entropy", status="run", low=0, high=10)

@@ -14,6 +14,7 @@ TINY = {
     "ippo.chunk": 50,
     "ippo.unroll": 10,
     "ippo.minibatches": 4,
+    "ippo.discount": 0.99,
     "ippo.learning_rate": 3e-3,
     "ippo.snapshot": 4000,
     "network.hidden": [16],

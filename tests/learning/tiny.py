@@ -16,7 +16,16 @@ FRESH = range(4_000_050, 4_000_060)
 
 def ippo(*, recurrent: int = 0, **changes) -> Ippo:
     network = NetworkSettings(hidden=(16,), recurrent=recurrent)
-    small = Ippo(network=network, episodes=16, chunk=50, unroll=10, minibatches=4, learning_rate=3e-3, snapshot=4000)
+    small = Ippo(
+        network=network,
+        episodes=16,
+        chunk=50,
+        unroll=10,
+        minibatches=4,
+        learning_rate=3e-3,
+        discount=0.99,
+        snapshot=4000,
+    )
     return replace(small, **changes)
 
 
