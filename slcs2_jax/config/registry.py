@@ -166,6 +166,7 @@ KINDS: dict[str, Registry] = {
             {
                 "classifier": "slcs2_jax.policy.classifier:Classifier",
                 "decision_list": "slcs2_jax.policy.first_match:FirstMatch",
+                "network": "slcs2_jax.policy.trained_network:TrainedNetwork",
             },
         ),
         Registry(

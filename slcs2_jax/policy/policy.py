@@ -59,6 +59,12 @@ class Policy(abc.ABC):
     and never change: a frozen dataclass, or a plain object of a class without attributes.
     """
 
+    @classmethod
+    def of(cls, given: Any) -> Policy:
+        """The policy of a name for these parameters; to be overridden where they say more than its arrays hold, such as
+        what its actions are. Raises InputError for parameters that are none of it."""
+        return cls()
+
     @property
     def channels(self) -> tuple[int, ...]:
         """Indices of the channels that the agents use."""
