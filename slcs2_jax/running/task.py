@@ -19,20 +19,21 @@ Name = tuple[str, int, int]  # stage, generation, deployment
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where a task's deployments take place, and how they are scored."""
+    """Where a task's deployments take place, and how they are scored; the physical values are those of the settings."""
 
     scenario: Scenario
     packets: int
     task: Delivery
+    settings: Settings
 
     @classmethod
     def of(cls, scenario: Scenario, settings: Settings) -> Site:
-        """A scenario, with the packets and the task of the settings."""
-        return cls(scenario, settings.swarm.packets, task_of(settings))
+        """A scenario, with the packets, the task and the physics of the settings."""
+        return cls(scenario, settings.swarm.packets, task_of(settings), settings)
 
     def job(self, name: Name, policy: BoundPolicy, key: Key) -> Job:
         """One deployment of a policy here."""
-        return job_of(policy, name, self.scenario, key)
+        return job_of(policy, name, self.scenario, key, self.settings)
 
     def score(self, done: Done) -> Deployment:
         """What a deployment here measured."""
