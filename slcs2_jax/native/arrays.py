@@ -160,8 +160,9 @@ def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
 
 def _of_each(value: Any, axes: int, arena: Arena, xp: Any) -> Any:
     """A parameter of so many axes for each episode: [..., batch], if it is not so already."""
-    known = value if value.ndim > axes else value[..., None]
-    return xp.broadcast_to(known, (*value.shape[:axes], arena.time_limit.shape[0]))
+    if value.ndim > axes:
+        return value
+    return xp.broadcast_to(value[..., None], (*value.shape, arena.time_limit.shape[0]))
 
 
 def _values(parameters: Parameters, arena: Arena, xp: Any) -> Any:

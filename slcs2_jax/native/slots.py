@@ -49,11 +49,8 @@ class NativeSlots:
         slots = arena.time_limit.shape[0]
         self._columns = np.full(slots, -1)  # of each slot, -1 if it is vacant
         self._entering: dict[int, tuple[Episode, Parameters]] = {}
-        # every array with memory of its own
-        self._episode: Episode = jax.tree.map(
-            lambda leaf: np.array(leaf, order="C"),
-            native.begin(arena, given, np.zeros((2, slots), np.uint32), self._parameters),
-        )
+        vacant = self._begin(arena, given, np.zeros((2, slots), np.uint32), self._parameters)
+        self._episode: Episode = jax.tree.map(lambda leaf: np.array(leaf, order="C"), vacant)  # each its own memory
         self._values: Parameters = jax.tree.map(
             lambda leaf: np.repeat(leaf[..., None], slots, axis=-1), self._parameters
         )
@@ -85,7 +82,7 @@ class NativeSlots:
         """
         given = jax.tree.map(lambda leaf: leaf[..., None], given)
         parameters = parameters or self._parameters
-        episode = native.begin(arena, given, np.array(key, np.uint32)[:, None], parameters)
+        episode = self._begin(arena, given, np.array(key, np.uint32)[:, None], parameters)
         self._entering[slot] = episode, jax.tree.map(lambda leaf: leaf[..., None], parameters)
 
     def cancel(self, slot: int) -> None:
@@ -113,6 +110,10 @@ class NativeSlots:
         for slot in slots:
             self.cancel(slot)
         return native.result(ended, values)
+
+    @staticmethod
+    def _begin(arena: Arena, given: Any, key: Any, parameters: Parameters) -> Episode:
+        return native.begin(arena, given, key, parameters)
 
     @property
     def _held(self) -> tuple[Episode, Parameters]:
