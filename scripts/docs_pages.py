@@ -11,7 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import slcs2_jax
+from slcs2_jax.config.field import accepted, described, show
 from slcs2_jax.config.table import reference_markdown, settings_table
+from slcs2_jax.learning.ippo_settings import Ippo
+from slcs2_jax.learning.network_settings import NetworkSettings
+from slcs2_jax.learning.strategy_settings import Strategy
 
 sys.path.append(str(Path(__file__).resolve().parent))
 from docs_notebooks import notebook_files
@@ -22,12 +26,17 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 CALIBRATION = ROOT / "docs" / "results" / "calibration" / "calibration.csv"
 ASSUMED = "<!-- assumed values -->"  # where the table stands in docs/model.md
+LEARNING = {  # where their tables stand in docs/howto/train_network.md
+    "<!-- settings of IPPO -->": Ippo,
+    "<!-- settings of the strategy -->": Strategy,
+    "<!-- settings of the network -->": NetworkSettings,
+}
 
 # Sections of the Python reference: what each is for, and the modules whose public names it has.
 SECTIONS = {
     "Evolve, evaluate, look": ("slcs2_jax.api", "slcs2_jax.running.evaluator", "slcs2_jax.looking.solutions"),
     "The environment": ("slcs2_jax.env",),
-    "Settings": ("slcs2_jax.config",),
+    "Settings": ("slcs2_jax.config", "slcs2_jax.config.chosen"),
     "Worlds": ("slcs2_jax.world.scenario",),
     "Rules": ("slcs2_jax.grammar",),
     "Policies": (
@@ -46,6 +55,11 @@ BESIDE = {
         "slcs2_jax.running.evaluator.Evaluations",
         "slcs2_jax.search.evaluation.Deployment",
         "slcs2_jax.looking.recording.Recording",
+    ),
+    "Networks": (
+        "slcs2_jax.learning.ippo.train",
+        "slcs2_jax.learning.evolution_strategy.train",
+        "slcs2_jax.learning.algorithms",
     ),
     "What runs leave behind": ("slcs2_jax.results.reading.FinishedRun", "slcs2_jax.results.summary.RunSummary"),
     "Parts of your own": (
@@ -78,8 +92,13 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """MkDocs asks for the text of a page: put the table into the model."""
-    return markdown.replace(ASSUMED, assumed_markdown()) if page.file.src_path == "model.md" else markdown
+    """MkDocs asks for the text of a page: put tables where they belong."""
+    if page.file.src_path == "model.md":
+        return markdown.replace(ASSUMED, assumed_markdown())
+    if page.file.src_path == "howto/train_network.md":
+        for place, section in LEARNING.items():
+            markdown = markdown.replace(place, section_markdown(section))
+    return markdown
 
 
 def api_markdown() -> str:
@@ -125,6 +144,15 @@ def assumed_markdown() -> str:
             cells = row.help, row.reason or "–", moves.get(row.name, "not varied")
             texts = " | ".join(cell.replace("|", "\\|") for cell in cells)
             lines.append(f"| `{row.name}` | {row.value} | {row.unit or '–'} | {row.status} | {texts} |")
+    return "\n".join(lines)
+
+
+def section_markdown(section: type) -> str:
+    """The settings of a section that is none of a run's."""
+    lines = ["| setting | default | unit | accepted | what it is |", "|---|---|---|---|---|"]
+    for field in described(section):
+        cells = (f"`{field.name}`", show(field.default), field.doc.unit or "–", accepted(field), field.doc.help)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines)
 
 

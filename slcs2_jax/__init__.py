@@ -29,6 +29,7 @@ _HOMES = {
         "World",
         "settings_table",
     ),
+    "slcs2_jax.config.chosen": ("with_search",),
     "slcs2_jax.config.registry": ("register",),
     "slcs2_jax.env": ("AutoReset", "Env", "make"),
     "slcs2_jax.policy.bound": ("BoundPolicy", "bind", "bind_list", "bind_rules"),

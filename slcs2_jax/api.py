@@ -5,12 +5,12 @@ Each sets JAX up as the command line does (`runtime.configure`), where JAX does 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
+from slcs2_jax.config.chosen import with_search
 from slcs2_jax.config.field import refuse
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.results import EvaluationSummary, Report, RunSummary
@@ -56,9 +56,10 @@ def evolve(
 
     Args:
         settings: one for each run.
-        search: what proposes solutions, in place of what `settings.search.name` says: a name (slcs2, random, one that
-            was registered), or a class or function that makes a search from a `slcs2_jax.search.Problem`, which is
-            registered under its own name if it is not yet.
+        search: what proposes solutions, in place of what `settings.search.name` says: a name (slcs2, informed, random,
+            one that was registered), which brings its parts as `search=` on the command line does (`with_search`); or
+            a class or function that makes a search from a `slcs2_jax.search.Problem`, which is registered under its
+            own name if it is not yet.
         report: who is told of progress.
 
     Raises:
@@ -70,7 +71,7 @@ def evolve(
         of_kind("settings", one, Settings)
     if search is not None:
         name = search if isinstance(search, str) else _registered(search)
-        settings = tuple(replace(one, search=replace(one.search, name=name)) for one in settings)
+        settings = tuple(one if one.search.name == name else with_search(one, name) for one in settings)
     runtime.configure(settings[0].compute)
     return driver.evolve(settings, report=report)
 

@@ -19,7 +19,7 @@ from slcs2_jax.grammar.language import Language
 from slcs2_jax.policy import strength
 from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.policy.learning import LearningParameters
-from slcs2_jax.policy.policy import Clock, Figures, Policy
+from slcs2_jax.policy.policy import Clock, Figures, Policy, decided
 from slcs2_jax.swarm import knowledge
 from slcs2_jax.swarm import step as swarm
 from slcs2_jax.swarm.observation import Observation
@@ -120,7 +120,7 @@ def step(episode: Episode, parameters: Parameters) -> tuple[Episode, Moment]:
     """One time-step of one episode or of a batch."""
     physics, policy = parameters.physics, parameters.policy
     state, seen = swarm.observe(episode.state, episode.arena, physics)
-    memory, action = policy.decide(episode.memory, episode.given, seen, clock(episode), parameters.learning)
+    memory, action = decided(policy, episode.memory, episode.given, seen, clock(episode), parameters.learning)
     state, reward, outcome = swarm.act(action, seen, physics)
     memory = policy.remember(memory, reward)
     return dataclasses.replace(episode, state=state, memory=memory), Moment(seen, action, reward, outcome)

@@ -99,7 +99,9 @@ def saved(tmp_path):
 
 def begun(settings: Settings) -> None:
     """Leave the folder of a run that was interrupted at once."""
-    folder = RunFolder.open(settings, device="test", grammar_text=load_grammar("main").text.__str__, record={})
+    folder = RunFolder.open(
+        settings, device="test", texts=lambda: {"grammar.bnf": load_grammar("main").text}, record={}
+    )
     folder.close()
 
 

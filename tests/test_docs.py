@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 import slcs2_jax
+from slcs2_jax.config.field import described
 from slcs2_jax.config.table import settings_table
 from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import load_solution
@@ -72,6 +73,14 @@ def test_every_assumed_value_has_its_row_with_the_studys_figures():
         assert table.count(f"\n| `{row.name}` |") == (row.status in ("assumed", "calibrated")), row.name
     assert "1000: 0.676" in next(line for line in table.splitlines() if "`swarm.packets`" in line)
     assert docs_pages.ASSUMED in text("model.md")
+
+
+def test_every_setting_of_a_training_has_its_row():
+    page = text("howto/train_network.md")
+    for place, section in docs_pages.LEARNING.items():
+        assert place in page
+        table = docs_pages.section_markdown(section)
+        assert all(f"\n| `{field.name}` | " in table for field in described(section))
 
 
 def test_the_table_of_results_is_that_of_the_runs():

@@ -46,7 +46,7 @@ class Driver(types.ModuleType):
         if settings.run_dir is None:
             one = types.SimpleNamespace(best_fitness=settings.swarm.packets / 1000)
             return types.SimpleNamespace(instances=[one] * settings.instances)
-        folder = RunFolder.open(settings, device="test", grammar_text=lambda: "", record={"width": 16})
+        folder = RunFolder.open(settings, device="test", texts=lambda: {"grammar.bnf": ""}, record={"width": 16})
         done = len(read_run(folder.path).rows)
         folder.append({"instance": 0, "generation": g, "best": g / 1000} for g in range(done, generations))
         one = InstanceSummary(
@@ -273,7 +273,7 @@ def test_an_experiment_of_ones_own(driver, silent, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "accepted is one of calibration, contributions, designed, grammars"),
+        ([], "accepted is one of ablation, calibration, contributions, designed, grammars, searches"),
         (["contribution"], "experiment=contribution: accepted is one of"),
         (["contributions", "arm=partial"], "arm=partial: accepted is one of all, full, no_novelty, no_exchange"),
         (["contributions", "acceptance=ailta"], "arm=no_novelty: comes to the same settings as full"),

@@ -35,13 +35,18 @@ COMMANDS: dict[str, Line] = {
     "resume": Line("FOLDER [generations=N]", "interrupted runs go on where they were saved, finished ones further"),
     "repeat": Line("FOLDER", "a finished run again from what its folder records: does it come to the same?"),
     "evaluate": Line("solution=PATH [setting=value ...]", "a saved solution on any scenarios"),
-    "experiment": Line("NAME [setting=value ...]", "an experiment of the paper or the calibration study; and a report"),
+    "transfer": Line("FOLDER ... [setting=value ...]", "winners in worlds that they have not seen: a matrix, heat map"),
+    "experiment": Line(
+        "NAME [setting=value ...]", "an experiment of the paper or on searches, or the calibration study"
+    ),
+    "suite": Line("ACTION [ENTRY]", "the benchmark: its worlds and entries, trainings, evaluations, the table"),
     "world": Line("[setting=value ...] [save=FILE]", "the world of a seed in words, and as a file to change and use"),
     "watch": Line("FOLDER", "progress of runs that another process computes"),
     "replay": Line(
         "RUN [setting=value ...]", "an episode as an animation or a picture: who sent to whom, and what was lost"
     ),
     "rules": Line("RUN", "a solution's rules in words: what they learnt, how they acted, where they came from"),
+    "found": Line("FOLDER", "what evolution found: reflexes switched off, rules that act most, how packets travel"),
     "parts": Line("[KIND]", "what a swarm, its world and its search are made of, and which setting chooses it"),
     "report": Line("FOLDER", "a page to look at; of many runs also tables, figures, verdicts on the paper's claims"),
 }

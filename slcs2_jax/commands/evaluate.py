@@ -26,10 +26,12 @@ slcs2 evaluate policy=NAME [setting=value ...]: deploy another policy, the same 
                     policy's file .npz; or a name that plugins= brings
   deployments=1     episodes in each scenario; whole number >= 1
   instances=30      scenarios; scenario i has seed + i
+  quality=kept      forgotten: the solution's rules begin with the quality of learning.initial_quality, not with what
+                    they inherited (search.inherit_quality)
 What is not given is as it was when the solution evolved; agents, rules and grammar are the solution's own. With a
 policy it is as slcs2 evolve has it. With run_dir=PATH the summary is written there too.
 """
-_OWN: dict[str, Any] = {"solution": None, "policy": None, "deployments": 1}
+_OWN: dict[str, Any] = {"solution": None, "policy": None, "deployments": 1, "quality": "kept"}
 OPTIONS = tuple(_OWN)
 
 
@@ -95,8 +97,12 @@ def _policy(
     own: dict[str, Any], solution: SavedSolution | None, swarm: str | None
 ) -> tuple[Deployable, dict[str, Any]]:
     """What is evaluated, and what the run folder records of it."""
+    kept = own["quality"]
+    if kept not in ("kept", "forgotten"):
+        raise refuse("quality", kept, "one of kept, forgotten")
     if solution is not None:
-        return solution, {"swarm": swarm} if swarm else {"solution": str(own["solution"])}
+        record = {"swarm": swarm} if swarm else {"solution": str(own["solution"])}
+        return (solution, record) if kept == "kept" else (solution.forgetful(), record | {"quality": kept})
     from slcs2_jax.commands.deployed import BEHAVIOUR
     from slcs2_jax.study.collect import POLICY
 

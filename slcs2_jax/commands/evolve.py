@@ -23,7 +23,8 @@ HELP = """\
 slcs2 evolve [setting=value ...]: evolve rule-sets in one world type; writes a run folder and shows progress on stderr
 
 Choices: environment=open|jammed|urban|urban_jammed  range=short|long  grammar=main|channel|power|both|PATH
-         search=slcs2|ailta|random, and those of your plug-ins: plugins=[my_module]  (slcs2 parts lists all parts)
+         search=slcs2|ailta|random|informed|starters, and those of your plug-ins: plugins=[my_module]
+         (slcs2 parts lists all parts)
 Options: -m, --multirun    settings may hold several values (environment=open,urban): one run for every combination,
                            each in a folder of its own below run_dir, advanced together
          --cfg job         print the composed configuration and stop

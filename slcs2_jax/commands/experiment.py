@@ -1,4 +1,4 @@
-"""slcs2 experiment: the paper's experiments and the calibration study, each by one command."""
+"""slcs2 experiment: the paper's experiments, those on searches and the calibration study, each by one command."""
 
 from __future__ import annotations
 
@@ -22,11 +22,14 @@ if TYPE_CHECKING:
 TAKES_SETTINGS = True
 OPTIONS = ("arm",)
 HELP = """\
-slcs2 experiment NAME [setting=value ...]: an experiment of the paper in its eight cells, then the report on it
+slcs2 experiment NAME [setting=value ...]: an experiment in the paper's eight cells, then the report on it
 
   contributions     full, without novelty search (AILTA instead), without rule exchange; 10 instances for each cell
   designed          evolved behaviours against the designed one; 30 instances for each cell
   grammars          main grammar, channel, power, both; 30 instances for each cell
+  searches          informed, random and no search with the same knowledge, slcs2, each with search.episodes=150
+                    deployments; the designed behaviour
+  ablation          the informed search with each of its parts left out, for as many deployments
   calibration       how results move with each assumed value, and how well they fit the paper's figures
 Sizes:   instances=N generations=N   the paper's by default
          environment=open,urban      some of open, jammed, urban, urban_jammed; range=short or range=long likewise

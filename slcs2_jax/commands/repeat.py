@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ TAKES_SETTINGS = False
 HELP = """\
 slcs2 repeat FOLDER [into=DIR]: make the finished run in FOLDER again, and say file by file whether it came to the same
 
-Settings, grammar, batch width and seeds are those that FOLDER records.
+Settings, grammar, knowledge, batch width and seeds are those that FOLDER records.
   into=DIR              keep the repeated run there; without it, it is thrown away
   compute.devices=N     how many devices are used now; their number changes no bit
 Exit code: 0 every file of the results is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
@@ -39,18 +39,20 @@ def run(arguments: list[str]) -> int:
     """Repeat what the folder records."""
     name, changes = folder_and_changes("repeat", arguments, OPTIONS)
     from slcs2_jax.results.run_config import read_config
-    from slcs2_jax.results.run_folder import check_free, read_grammar
+    from slcs2_jax.results.run_folder import GRAMMAR, KNOWLEDGE, check_free, read_grammar, read_knowledge
 
     folder, into = Path(name), changes.pop("into", None)
     config = read_config(folder)
     _check_repeatable(folder, config)
     _files(folder)
-    grammar = read_grammar(folder, config)
+    texts = {GRAMMAR: read_grammar(folder, config)}
+    if (known := read_knowledge(folder, config)) is not None:
+        texts[KNOWLEDGE] = known
     if into is not None:
         check_free(str(into))
     settings = changed(config.settings, changes)
     with _place(into) as place:
-        _repeat(dataclasses.replace(settings, run_dir=str(place), logger="none"), config, grammar)
+        _repeat(dataclasses.replace(settings, run_dir=str(place), logger="none"), config, texts)
         return _compare(folder, place)
 
 
@@ -74,7 +76,7 @@ def _place(into: Any) -> Iterator[Path]:
         yield Path(scratch) / "run"
 
 
-def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
+def _repeat(settings: Settings, config: RunConfig, texts: Mapping[str, str]) -> None:
     from slcs2_jax import runtime
     from slcs2_jax.native.choice import computed_on
     from slcs2_jax.results import Progress, RunFolder
@@ -86,7 +88,7 @@ def _repeat(settings: Settings, config: RunConfig, grammar: str) -> None:
     if changes := config.changes(device):
         print(f"{terminal(changes)}: the same bytes are not to be expected")
     record = {"width": config.record["width"]}
-    RunFolder.open(settings, device=device, grammar_text=lambda: grammar, record=record).close()
+    RunFolder.open(settings, device=device, texts=lambda: texts, record=record).close()
     with Progress(settings.search.generations) as report:
         driver.evolve([settings], report=report, as_begun=True)
 
@@ -108,10 +110,10 @@ def _compare(one: Path, other: Path) -> int:
 
 def _files(folder: Path) -> dict[str, Path]:
     """The files of the results by name. Raises InputError if one of them is a link or the like."""
-    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY
+    from slcs2_jax.results.run_folder import CHECKPOINT, GENERATIONS, GRAMMAR, KNOWLEDGE, SUMMARY
     from slcs2_jax.results.saved import SOLUTIONS
 
-    names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, SUMMARY) if present(folder / name)]
+    names = [name for name in (CHECKPOINT, GENERATIONS, GRAMMAR, KNOWLEDGE, SUMMARY) if present(folder / name)]
     solutions = names_in(folder / SOLUTIONS, inside=folder)
     names += [f"{SOLUTIONS}/{name}" for name in solutions if Path(name).suffix in (".npz", ".txt")]
     for name in names:

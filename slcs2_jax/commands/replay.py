@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slcs2_jax.commands import suite_replay
 from slcs2_jax.commands.looked_at import look_at, new_file, one_of, told_apart, with_swarm
 from slcs2_jax.commands.policies import policy_named
 from slcs2_jax.config.command_line import CommandLine
@@ -25,6 +26,7 @@ HELP = """\
 slcs2 replay RUN [option=value ...] [setting=value ...]: an episode of a solution; RUN is a run folder or a file (.npz)
 slcs2 replay swarm=NAME [...]: of an evolved swarm that comes with slcs2, such as long_urban
 slcs2 replay policy=NAME [...]: of another policy
+slcs2 replay ENTRY suite=WORLD beside=ENTRY [...]: two entries of the benchmark (slcs2 suite list) in the same world
 
 By default the best solution, in the world where it evolved, as an animation. Settings change the world: another
 environment, range, seed, ...
@@ -34,6 +36,8 @@ environment, range, seed, ...
   policy=NAME         what acts in the place of the solution: designed, the path of a text (docs/designed.md), a
                       policy's file .npz, or a name that plugins= brings
   beside=NAME         shown in the same world, below the first: likewise
+  suite=WORLD         a world of the benchmark; policy= and beside= are entries then, and seed= one of its seeds
+  training=0          with suite=: which training of an entry that is trained
   deployment=0        which of the fresh deployments in this world
   picture=animation   animation; layout: last places, links, and how many packets went from whom to whom;
                       paths: the way of every agent
@@ -50,6 +54,8 @@ _DEFAULTS: dict[str, Any] = {
     "member": "best",
     "policy": None,
     "beside": None,
+    "suite": None,
+    "training": 0,
     "deployment": 0,
     "picture": "animation",
     "field": "none",
@@ -67,6 +73,9 @@ _MOST_FPS = 100
 def run(arguments: list[str]) -> int:
     """Show the episode that the arguments ask for."""
     subjects, options, assignments = told_apart(arguments, _DEFAULTS)
+    in_suite = options["suite"] is not None
+    if in_suite and len(subjects) < 2:
+        suite_replay.check(options, subjects, assignments)
     subjects, assignments = with_swarm(subjects, assignments)
     if len(subjects) > 1 or not (subjects or options["policy"]):
         raise InputError("replay: accepted is slcs2 replay RUN, or policy=NAME (slcs2 replay --help)")
@@ -78,15 +87,21 @@ def run(arguments: list[str]) -> int:
     from slcs2_jax.config.compose import Job, run_hydra
     from slcs2_jax.config.overlay import deployment_primary
 
-    solution = look_at(subjects[0], options["instance"], options["member"]) if subjects else None
+    solution = None
+    if subjects and not in_suite:
+        solution = look_at(subjects[0], options["instance"], options["member"])
 
     def together(jobs: list[Job]) -> list[float]:
         for job in jobs:
-            _show(solution, job, options, out)
+            if in_suite:
+                _shown(suite_replay.episodes(options, subjects, job.config), "", options, out)
+            else:
+                _show(solution, job, options, out)
         return [0.0] * len(jobs)
 
     evolved = None if solution is None else solution.settings
     seed = 0 if solution is None else solution.instance_seed
+    seed = suite_replay.first_seed(options["suite"]) if in_suite else seed
     run_hydra(deployment_primary("replay", evolved, own={}, seed=seed), CommandLine.parse(assignments), together)
     return 0
 
@@ -132,15 +147,18 @@ def _show(solution: SavedSolution | None, job: Any, options: dict[str, Any], out
     from slcs2_jax.config.overlay import deployment_settings
 
     settings = deployment_settings(job.config, None if solution is None else solution.settings)
-    seed = settings.seed
+    world = f", {settings.world.environment.replace('_', ' ')} {settings.world.range}"
+    _shown(_episodes(solution, settings, settings.seed, options), world, options, out)
+
+
+def _shown(episodes: list[tuple[str, Compute]], world: str, options: dict[str, Any], out: Path) -> None:
+    """Compute the episodes and write what they look like; `world` follows their titles."""
     titles, recordings = [], []
-    for title, compute in _episodes(solution, settings, seed, options):
+    for title, compute in episodes:
         recordings.append(_computed(compute, title))
         one = recordings[-1]
         figure = f"fitness {one.fitness:.3f}" if one.ended else f"the first {one.steps} steps"
-        titles.append(
-            f"{title}, {settings.world.environment.replace('_', ' ')} {settings.world.range}, seed {seed}, {figure}"
-        )
+        titles.append(f"{title}{world}, seed {one.scenario.seed}, {figure}")
         print(terminal(titles[-1]), flush=True)
     _write(recordings, titles, options, out)
 

@@ -165,7 +165,7 @@ def print_report(report: Report) -> None:
     from slcs2_jax.study.study import BEST, FRESH
 
     for study in report.studies:
-        print(f"{terminal(study.title)}: after {study.generations} generations")
+        print(f"{terminal(study.title)}: {study.when}")
         for line in _first(study.missing, 8):
             print(f"  missing: {terminal(line)}")
     told: dict[str, dict[str, str]] = {}

@@ -283,6 +283,11 @@ class Rules(Section):
     )
     rules: int = setting(100, "rules per agent", status="paper", low=1, high=1000)
     codons: int = setting(40, "codons (0-255) per rule", reason="enough for the longest conditions", low=1, high=1024)
+    distinct: bool = setting(
+        False,
+        "random rules are drawn until they can hold, and none is twice in an agent's rule-set",
+        status="definition",
+    )
     max_clauses: int = setting(
         8, "most clauses in a condition", reason="longer conditions hardly ever hold", low=1, high=64
     )

@@ -10,6 +10,7 @@ from slcs2_jax.config.errors import InputError, refuse
 from slcs2_jax.config.schema import settings_fields, settings_from
 from slcs2_jax.config.settings import Compute, Settings
 from slcs2_jax.config.store import CHOICES, Primary
+from slcs2_jax.config.worlds import home_of
 
 _OF_THE_SOLUTION = ("swarm.agents", "grammar", "rules.rules")
 _LEFT_OUT = ("search", "knowledge", "checkpoint")  # nothing is searched for, and nothing saved on the way
@@ -26,6 +27,8 @@ def deployment_primary(
         own: the command's own entries, with their defaults.
         seed, instances: defaults of this command.
     """
+    if solution is not None and solution.worlds:
+        solution, seed = home_of(solution, seed, 0)
     settings = dataclasses.replace(
         solution or Settings(), seed=seed, instances=instances, run_dir=None, plugins=(), compute=Compute()
     )
@@ -39,6 +42,8 @@ def deployment_settings(config: Mapping[str, Any], solution: Settings | None) ->
     Raises InputError for a bad setting, and for one that the solution decides (agents, rules, grammar) given otherwise.
     """
     given = settings_from(config)
+    if given.worlds:
+        raise InputError("worlds: not here; accepted is worlds= of slcs2 evolve and slcs2 transfer")
     if solution is None:
         return given
     for section, field in settings_fields():

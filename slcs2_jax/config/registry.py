@@ -166,6 +166,7 @@ KINDS: dict[str, Registry] = {
             {
                 "classifier": "slcs2_jax.policy.classifier:Classifier",
                 "decision_list": "slcs2_jax.policy.first_match:FirstMatch",
+                "network": "slcs2_jax.policy.trained_network:TrainedNetwork",
             },
         ),
         Registry(
@@ -176,6 +177,7 @@ KINDS: dict[str, Registry] = {
                 "slcs2": "slcs2_jax.search.slcs2:Slcs2",
                 "random": "slcs2_jax.search.random:RandomSearch",
                 "informed": "slcs2_jax.search.informed:Informed",
+                "starters": "slcs2_jax.search.starters:Starters",
             },
         ),
         Registry(
@@ -186,6 +188,8 @@ KINDS: dict[str, Registry] = {
                 "domination": "slcs2_jax.search.collection:Collection",
                 "ailta": "slcs2_jax.search.ailta:Ailta",
                 "best": "slcs2_jax.search.population:Best",
+                "map_elites": "slcs2_jax.search.map_elites:MapElites",
+                "dominated_novelty": "slcs2_jax.search.dominated_novelty:DominatedNovelty",
             },
         ),
         Registry(
@@ -203,6 +207,7 @@ KINDS: dict[str, Registry] = {
             "which of the solutions under exploration is varied next",
             {
                 "fewest": "slcs2_jax.search.parents:FewestExplorations",
+                "uniform": "slcs2_jax.search.parents:Uniform",
                 "tournament": "slcs2_jax.search.population:Tournament",
             },
         ),

@@ -12,6 +12,7 @@ from slcs2_jax.config.jammers import Jammers
 from slcs2_jax.config.knowledge import Knowledge
 from slcs2_jax.config.model import Learning, Rules, Swarm, Task, World
 from slcs2_jax.config.radio import Radio
+from slcs2_jax.config.worlds import kinds_of
 
 # Share of the start disc that discs of one clearance in diameter may cover. Random placement one after the other jams
 # at about 0.55; below 0.4 it always ends quickly.
@@ -131,7 +132,11 @@ class Search(Section):
         6, "informed: deployments of each finalist in each round", reason="untuned", low=1, high=1000
     )
     final_every: int = setting(
-        20, "informed: generations from final to final, its own included", reason="untuned", low=3, high=10**7
+        20,
+        "informed: generations from final to final, its own included; with search.episodes there is one, at the end",
+        reason="untuned",
+        low=3,
+        high=10**7,
     )
     fresh_deployments: int = setting(
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
@@ -156,7 +161,7 @@ class Search(Section):
                 f"at least {rounds + self.finalists}: a final of "
                 f"search.finalists={self.finalists} takes {rounds} generations, and needs as many to choose from",
             )
-        if self.generations % self.final_every:
+        if self.episodes is None and self.generations % self.final_every:
             raise refuse("generations", self.generations, f"a multiple of search.final_every={self.final_every}")
 
 
@@ -227,6 +232,11 @@ class Settings(Section):
     checkpoint: Checkpoint = field(default_factory=Checkpoint)
     seed: int = setting(0, "seed of the first instance; instance i uses seed + i", status="run", low=0, high=2**31 - 1)
     instances: int = setting(8, "instances (worlds and searches) run together", status="run", low=1, high=10**5)
+    worlds: tuple[str, ...] = setting(
+        (),
+        "worlds of one search for all of them: [open/short/0..7, jammed/short/0..7]; none: each instance has its own",
+        status="definition",
+    )
     plugins: tuple[str, ...] = setting(
         (), "modules that register parts of your own: plugins=[my_module]; imported because you name them", status="run"
     )
@@ -243,6 +253,7 @@ class Settings(Section):
             if not isinstance(getattr(self, name), kind):
                 raise refuse(name, getattr(self, name), f"a {kind.__name__}")
         plugins.check_named(self.plugins, plugins.SETTING)
+        self._check_worlds()
         world, net = self.world, self.radio.network_range
         if world.jammer and world.file is None and net >= world.distance / 2:
             raise InputError(
@@ -255,6 +266,13 @@ class Settings(Section):
                 f"swarm.agents={self.swarm.agents}: no place for the agents: accepted is at most {int(room)} with "
                 f"world.start_radius={world.start_radius:g} and swarm.clearance={self.swarm.clearance:g}"
             )
+
+    def _check_worlds(self) -> None:
+        kinds = kinds_of(self.worlds)
+        if kinds and self.world.file is not None:
+            raise InputError("worlds: not together with world=FILE; accepted is one of the two")
+        for kind in kinds:
+            kind.settings(self)  # refuses a world with no place for its jammer or its agents
 
 
 SECTIONS: dict[str, type[Section]] = {

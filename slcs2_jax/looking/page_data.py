@@ -12,6 +12,8 @@ import numpy as np
 from slcs2_jax.config import Settings
 from slcs2_jax.config.field import show
 from slcs2_jax.config.schema import settings_fields
+from slcs2_jax.config.worlds import worlds_of
+from slcs2_jax.looking.findings import findings, in_words
 from slcs2_jax.looking.recording import Recording
 from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import FinishedRun, SavedSolution
@@ -114,7 +116,15 @@ def figures(shown: Shown) -> dict[str, Any]:
         "env_steps": summary.get("env_steps"),
         "deployment": shown.deployment,
         "note": shown.note,
+        "found": _found(shown),
     }
+
+
+def _found(shown: Shown) -> list[str]:
+    """What its solution does, in words; nothing of an instance that is shown without."""
+    if shown.solution is None:
+        return []
+    return in_words(findings(shown.solution, shown.run, shown.instance), shown.solution.agents)
 
 
 def run_facts(run: FinishedRun) -> dict[str, Any]:
@@ -150,6 +160,8 @@ def changed_settings(settings: Settings) -> list[list[str]]:
 
 def _world(settings: Settings) -> str:
     world = settings.world
+    if settings.worlds:
+        return f"{len(worlds_of(settings))} worlds, deployed in by turns: {', '.join(settings.worlds)}"
     has = [word for word, there in (("buildings", world.buildings), ("a jammer", world.jammer)) if there]
     return (
         f"{cell_of(settings).title}: {world.distance:g} m from source to sink, {' and '.join(has) or 'nothing'} in "

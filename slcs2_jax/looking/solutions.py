@@ -9,6 +9,7 @@ from slcs2_jax import runtime
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.arguments import of_kind, whole
 from slcs2_jax.config.field import refuse, show
+from slcs2_jax.config.worlds import home_of
 from slcs2_jax.looking.recorder import record
 from slcs2_jax.looking.recording import Recording
 from slcs2_jax.results import FinishedRun, SavedSolution
@@ -65,7 +66,7 @@ def replay(
         policy: what is deployed: a saved solution, or whatever else `deploy` takes.
         settings: those of the world; by default those that a saved solution evolved with.
         seed: of the scenario; by default that of the instance that a saved solution evolved in, else that of the
-            settings.
+            settings. Of settings with many worlds it is that of the search, and the deployment's world is shown.
         deployment: which; the winner's fresh figures are means over the first `search.fresh_deployments` of these.
         steps: how many are needed of the episode; None: all.
         after_chunk: told now and then how many steps were computed.
@@ -79,8 +80,10 @@ def replay(
     ready = bound(policy, settings)
     if seed is None:
         seed = policy.instance_seed if isinstance(policy, SavedSolution) else settings.seed
+    deployment = whole("deployment", deployment, 0, MOST_DEPLOYMENTS)
+    key = fresh_deployment_key(seed, deployment)
+    settings, seed = home_of(settings, seed, deployment)
     scenario = make_scenario(settings, seed)
-    key = fresh_deployment_key(scenario.seed, whole("deployment", deployment, 0, MOST_DEPLOYMENTS))
     runtime.configure(settings.compute)
     return record(settings, scenario, ready, key, steps=steps, after_chunk=after_chunk)
 

@@ -59,7 +59,8 @@ def bind(policy: Policy | str, given: Any) -> BoundPolicy:
     Raises InputError for a name that is none, or something that is no policy.
     """
     if isinstance(policy, str):
-        policy = KINDS["policy"].get(policy)()
+        part = KINDS["policy"].get(policy)
+        policy = part.of(given) if isinstance(part, type) and issubclass(part, Policy) else part()
     if not isinstance(policy, Policy):
         raise InputError(f"policy: {type(policy).__name__}; accepted is a Policy or the name of one")
     if isinstance(given, RuleSets):

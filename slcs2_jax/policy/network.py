@@ -64,15 +64,30 @@ class Network(Policy):
         each = jax.vmap(self.apply, in_axes=(None, -1, -1), out_axes=-1)  # over agents, which share the parameters
         for _ in clock.t.shape:
             each = jax.vmap(each, in_axes=-1, out_axes=-1)  # over the batch
-        carry, logits = each(parameters, memory, features(seen.view))
+        carry, logits = each(parameters, memory, self.figures(seen))
+        chosen = self.choose(jnp.where(self.mask(seen), logits, -jnp.inf), clock)
+        return carry, self.numbers(chosen, seen)
+
+    def figures(self, seen: Observation) -> jax.Array:
+        """What the network looks at: float32 [F, n, ...], whatever other channels the batch may have."""
+        return features(seen.view, 1 + max(self.channel_places))
+
+    def mask(self, seen: Observation) -> jax.Array:
+        """Which actions could have an effect now, and last to do nothing, which always can: bool [A + 1, n, ...]."""
         mask = action_mask(seen.view, self.actions, self.language)
-        logits = jnp.where(jnp.concatenate([mask, jnp.ones_like(mask[:1])]), logits, -jnp.inf)
+        return jnp.concatenate([mask, jnp.ones_like(mask[:1])])
+
+    def choose(self, logits: jax.Array, clock: Clock) -> jax.Array:
+        """The place of the action that is taken: int32 [n, ...]; logits float32 [A + 1, n, ...], -inf where masked."""
         if self.sample:
             number = np.arange(logits.shape[0] * logits.shape[1], dtype=np.uint32)
             number = number.reshape(*logits.shape[:2], *(1,) * clock.t.ndim)
             words = randomness.bits(randomness.stream(clock.key, clock.t, randomness.Purpose.POLICY), number)
             uniform = ((words >> np.uint32(8)).astype(jnp.float32) + np.float32(0.5)) * np.float32(2**-24)
             logits = logits - jnp.log(-jnp.log(uniform))  # Gumbel's: the greatest is drawn in proportion
+        return jnp.argmax(logits, axis=0)
+
+    def numbers(self, chosen: jax.Array, seen: Observation) -> jax.Array:
+        """The vocabulary's numbers of the places in `choose`: int32 [n, ...]."""
         known = np.array([*self.actions, NO_ACTION], np.int32)
-        action = jnp.asarray(known)[jnp.argmax(logits, axis=0)]
-        return carry, jnp.where(seen.view.running, action, np.int32(NO_ACTION))
+        return jnp.where(seen.view.running, jnp.asarray(known)[chosen], np.int32(NO_ACTION))

@@ -10,9 +10,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.config.errors import InputError
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.policy.learning import LearningParameters
 from slcs2_jax.swarm.observation import Observation
+from slcs2_jax.swarm.view import checked
 
 
 @jax.tree_util.register_dataclass
@@ -56,6 +58,12 @@ class Policy(abc.ABC):
     names it. All methods are traced once and are pure. A policy is part of compiled programs, so it must be hashable
     and never change: a frozen dataclass, or a plain object of a class without attributes.
     """
+
+    @classmethod
+    def of(cls, given: Any) -> Policy:
+        """The policy of a name for these parameters; to be overridden where they say more than its arrays hold, such as
+        what its actions are. Raises InputError for parameters that are none of it."""
+        return cls()
 
     @property
     def channels(self) -> tuple[int, ...]:
@@ -107,3 +115,23 @@ class Policy(abc.ABC):
     def matched(self, parameters: Any, seen: Observation) -> jax.Array:
         """For recordings: the rules that hold, bool [R, n, ...]; R is 0 for a policy without rules."""
         return jnp.zeros((0, *seen.view.x.shape), bool)
+
+
+def decided(
+    policy: Policy, memory: Any, parameters: Any, seen: Observation, clock: Clock, learning: LearningParameters
+) -> tuple[Any, jax.Array]:
+    """`decide`, and whether it gave what it should. Raises InputError naming the policy, and what is accepted."""
+    name = type(policy).__name__
+    found = policy.decide(memory, parameters, seen, clock, learning)
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise InputError(f"policy {name!r}: decide returned {type(found).__name__}; accepted are a memory and actions")
+    after, action = found
+    if _form(memory) != _form(after):
+        raise InputError(f"policy {name!r}: its memory changes its shape or type; accepted is that of initial_memory")
+    return after, checked("policy", name, action, seen.view.x, np.int32)
+
+
+def _form(tree: Any) -> tuple[Any, ...]:
+    """Structure, shapes and types of a pytree."""
+    leaves, structure = jax.tree.flatten(tree)
+    return structure, [(jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves]

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 from slcs2_jax.config import Settings
+from slcs2_jax.config.chosen import with_search
 from slcs2_jax.config.escape import terminal
 from slcs2_jax.config.model import ENVIRONMENTS, RANGES
+from slcs2_jax.config.registry import any_name
+from slcs2_jax.config.worlds import worlds_of
 
 
 class Cell(NamedTuple):
@@ -39,6 +43,13 @@ _TITLES = {
     PLAIN: "SLCS2",
     "informed": "informed search",
     "random": "random search",
+    "starters": "the best of two starters",
+    "informed_1000000_starts": "random search with knowledge",
+    "random_reflex_knowledge_packets_first": "knowledge alone",
+    "informed_fewest": "informed, no tournament",
+    "informed_random": "informed, random rules in children",
+    "racing_inherit_quality_4_starts_reflex_knowledge": "informed, no population of the fittest",
+    "tournament_best_racing_inherit_quality_4_starts_reflex_knowledge": "informed, no final",
     "ailta": "no novelty (AILTA)",
     "no_exchange": "no exchange",
     DESIGNED: "designed",
@@ -49,9 +60,11 @@ _TITLES = {
 # The settings that tell arms apart, and those that tell worlds apart.
 ALGORITHM = (
     "acceptance", "exchange", "grammar", "search.name", "search.parent", "search.variation", "search.homogeneous",
-    "search.racing", "search.inherit_quality", "knowledge.mode",
+    "search.racing", "search.inherit_quality", "search.starts", "search.episodes", "knowledge.mode", "knowledge.start",
+    "learning.initial_quality", "rules.distinct", "worlds",
 )  # fmt: skip
 WORLD = ("environment", "range")
+_EPISODES = "_episodes"  # ends the name of an arm whose searches stop by what they have spent
 _AT = " at "  # between an arm and the settings in which it differs from the rest of its study
 
 
@@ -72,25 +85,53 @@ def arm_of(settings: Settings, policy: str | None = None) -> str:
     """
     if policy is not None:
         return Path(policy).stem
-    search = settings.search
+    search, usual = settings.search, _usual(settings.search.name)
     parts = [] if search.name == PLAIN else [search.name]
-    informed = search.name == "informed"
-    parents = "tournament" if informed else "fewest"
-    parts += [part for part, usual in ((search.parent, parents), (search.variation, "exchange")) if part != usual]
+    parts += [getattr(search, name) for name in ("parent", "variation") if _other(search, usual.search, name)]
     if search.homogeneous:
         parts.append("homogeneous")
-    if search.acceptance != ("best" if informed else "domination"):
+    if search.acceptance != usual.search.acceptance:
         parts.append(search.acceptance)
     for name in ("racing", "inherit_quality"):
-        if getattr(search, name) != informed:
-            parts.append(f"no_{name}" if informed else name)
-    if settings.knowledge.mode != ("reflex" if informed else "none"):
-        parts.append(f"{settings.knowledge.mode}_knowledge".replace("none", "no"))
+        if _other(search, usual.search, name):
+            parts.append(name if getattr(search, name) else f"no_{name}")
+    if _other(search, usual.search, "starts"):
+        parts.append(f"{search.starts}_starts")
+    parts += _known(settings, usual)
     if not search.exchange:
         parts.append("no_exchange")
+    if settings.rules.distinct:
+        parts.append("distinct")
+    if settings.worlds:
+        parts.append(f"{len(worlds_of(settings))}_worlds")
     if settings.rules.grammar != "main":
         parts.append(Path(settings.rules.grammar).stem)
+    if search.episodes is not None:
+        parts += [*([] if parts else [PLAIN]), f"{search.episodes}{_EPISODES}"]
     return "_".join(parts) or PLAIN
+
+
+def _known(settings: Settings, usual: Settings) -> list[str]:
+    """How knowledge and initial quality differ from what is usual with a search."""
+    knowledge, parts = settings.knowledge, []
+    if knowledge.mode != usual.knowledge.mode:
+        parts.append(f"{knowledge.mode}_knowledge".replace("none", "no"))
+    if knowledge.mode == "reflex" and knowledge.start != usual.knowledge.start:
+        parts.append(f"{knowledge.start}_first")
+    if settings.learning.initial_quality != usual.learning.initial_quality:
+        parts.append(f"initial_quality_{settings.learning.initial_quality:g}")
+    return parts
+
+
+@functools.lru_cache(maxsize=32)
+def _usual(search: str) -> Settings:
+    """The default settings with a search and what it brings."""
+    with any_name():
+        return with_search(Settings(), search)
+
+
+def _other(one: object, usual: object, name: str) -> bool:
+    return bool(getattr(one, name) != getattr(usual, name))
 
 
 def arm_at(arm: str, changes: str) -> str:
@@ -101,7 +142,11 @@ def arm_at(arm: str, changes: str) -> str:
 def arm_title(name: str) -> str:
     """As tables and figures print it."""
     arm, at, changes = name.partition(_AT)
-    return _TITLES.get(arm, terminal(arm.replace("_", " "))) + at + changes
+    plain, spent = arm, ""
+    if arm.endswith(_EPISODES):
+        plain, _, number = arm.removesuffix(_EPISODES).rpartition("_")
+        spent = f", {number} episodes"
+    return _TITLES.get(plain, terminal(plain.replace("_", " "))) + spent + at + changes
 
 
 def ordered(names: Iterable[str]) -> list[str]:

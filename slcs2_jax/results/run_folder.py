@@ -1,7 +1,7 @@
 """The folder of one run while it is made. What is in it is replaced whole or added to, never damaged.
 
-config.yaml, grammar.bnf, perhaps world.yaml, generations.jsonl, checkpoint.npz, solutions/, timing.json and, last of
-all, summary.json.
+config.yaml, grammar.bnf, perhaps knowledge.txt and world.yaml, generations.jsonl, checkpoint.npz, solutions/,
+timing.json and, last of all, summary.json.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slcs2_jax.config import InputError, Settings, plugins
 from slcs2_jax.config.door import folders_below, present, read_file, telling_damage
 from slcs2_jax.config.field import show
+from slcs2_jax.config.worlds import kinds_of
 from slcs2_jax.grammar.source import MAX_BYTES
 from slcs2_jax.results.archive import Limits, read_archive, write_archive
 from slcs2_jax.results.documents import write_document
@@ -43,8 +44,9 @@ from slcs2_jax.results.run_config import (
 from slcs2_jax.results.saved import SOLUTIONS, SavedSolution
 
 WORLD = "world.yaml"
-GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
+GRAMMAR, KNOWLEDGE, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
     "grammar.bnf",
+    "knowledge.txt",
     "generations.jsonl",
     "checkpoint.npz",
     "timing.json",
@@ -52,6 +54,7 @@ GRAMMAR, GENERATIONS, CHECKPOINT, TIMING, SUMMARY = (
 )
 # Before config.yaml a folder holds no run: these may be left of one that was killed while it started.
 _STARTED = (CONFIG, GENERATIONS, CHECKPOINT, SOLUTIONS, TIMING, SUMMARY)
+_SUMS = {GRAMMAR: "grammar_crc", KNOWLEDGE: "knowledge_crc"}  # in the record: of the texts that a folder keeps
 CHECKPOINT_FORMAT = "slcs2_jax checkpoint 3"
 SUMMARY_VERSION = TIMING_VERSION = 1
 
@@ -120,12 +123,12 @@ class RunFolder:
 
     @classmethod
     def open(
-        cls, settings: Settings, *, device: str, grammar_text: Callable[[], str], record: Mapping[str, Any]
+        cls, settings: Settings, *, device: str, texts: Callable[[], Mapping[str, str]], record: Mapping[str, Any]
     ) -> RunFolder:
         """Lock the folder of a run of evolution; make it if it is new, else go on with what it holds.
 
         A run that goes further than it did is noted in its config.yaml, and no longer counts as finished. Of a new
-        one, `grammar_text` gives the grammar, which the folder keeps.
+        one, `texts` gives by file names what the folder keeps: the grammar, and the list of knowledge if it has one.
 
         Raises InputError if another process works in it, or it holds another run or a damaged one; StorageError.
         """
@@ -139,9 +142,10 @@ class RunFolder:
             remove_leftovers(folder)
             found = check_usable(settings)
             if found is None:
-                data = grammar_text().encode("utf-8", "surrogatepass")
-                write_whole(folder / GRAMMAR, lambda file: file.write(data))
-                more = {**record, "grammar_crc": _crc(data), **plugins.recorded(settings.plugins)}
+                sums = {}
+                for name, text in texts().items():
+                    sums[_SUMS[name]] = _write_text(folder / name, text)
+                more = {**record, **sums, **plugins.recorded(settings.plugins)}
                 found = RunConfig(settings, new_record("evolve", device, more))
                 write_world(folder, settings)
                 write_config(folder, found)
@@ -204,6 +208,10 @@ class RunFolder:
         """grammar.bnf as it was when the run was started. Raises InputError if it was changed since."""
         return read_grammar(self.path, self.config)
 
+    def read_knowledge(self) -> str | None:
+        """knowledge.txt as it was then; None for a run without knowledge. Raises InputError if it was changed since."""
+        return read_knowledge(self.path, self.config)
+
     def save_best(self, instance: int, solution: SavedSolution) -> Path:
         """solutions/instance_000_best.npz and .txt; returns the .npz's path."""
         return self._save(f"instance_{instance:03d}_best", solution)
@@ -242,16 +250,34 @@ def write_world(folder: Path, settings: Settings) -> None:
 
 def read_grammar(folder: Path, config: RunConfig) -> str:
     """The text of the grammar that a run was started with. Raises InputError naming the file if it was damaged."""
-    file = folder / GRAMMAR
+    return _read_text(folder, config, GRAMMAR, "grammar")
+
+
+def read_knowledge(folder: Path, config: RunConfig) -> str | None:
+    """The list of knowledge that a run was started with, None for none. Raises InputError if it was damaged."""
+    if config.settings.knowledge.mode == "none":
+        return None
+    return _read_text(folder, config, KNOWLEDGE, "list of knowledge")
+
+
+def _write_text(file: Path, text: str) -> str:
+    """Keep a text with a run; returns its checksum."""
+    data = text.encode("utf-8", "surrogatepass")
+    write_whole(file, lambda out: out.write(data))
+    return _crc(data)
+
+
+def _read_text(folder: Path, config: RunConfig, name: str, what: str) -> str:
+    file = folder / name
     try:
         with telling_damage("cannot be read"):
             data = read_file(file, 3 * MAX_BYTES)  # it is as long as that in letters
-            if _crc(data) != config.record.get("grammar_crc"):
+            if _crc(data) != config.record.get(_SUMS[name]):
                 raise InputError("its checksum does not fit: it was damaged or changed by hand")
             return data.decode("utf-8", "surrogatepass")
     except InputError as error:
         raise InputError(
-            f"{file}: not the grammar that the run was started with ({show(str(error))}); put it back, or start the "
+            f"{file}: not the {what} that the run was started with ({show(str(error))}); put it back, or start the "
             "run again in another folder"
         ) from None
 
@@ -264,10 +290,11 @@ def most_rows(settings: Settings) -> int:
 def checkpoint_limits(settings: Settings) -> Limits:
     """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
-    finals = search.final_deployments if search.name == "informed" else 0
-    each = max(search.min_deployments, search.max_redeployments + 1, finals)
-    deployments = max(search.batch * each, search.fresh_deployments)
-    members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * finals
+    finals = search.final_deployments if search.name in ("informed", "starters") else 0
+    worlds = sum(len(kind.seeds) for kind in kinds_of(settings.worlds))
+    each = max(search.min_deployments, search.max_redeployments + 1, finals, worlds)
+    deployments = max(search.batch * each, search.fresh_deployments + worlds)
+    members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * (finals + worlds)
     deployment = 20 * size + 8 * settings.swarm.agents + 64
     return Limits(
         entries=64 + 64 * settings.instances,

@@ -7,7 +7,7 @@ and actions have in a later version, or beside other plug-ins.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +119,10 @@ class SavedSolution:
         for (name, value), own in zip(sizes, self.rules.action.shape, strict=True):
             if value != own:
                 raise refuse(name, value, f"{own}, as the solution has it")
+
+    def forgetful(self) -> SavedSolution:
+        """The same solution without the quality that its rules inherited: they begin as those of random rules do."""
+        return replace(self, rules=replace(self.rules, quality=None))
 
     def save(self, path: Path, *, inside: Path | None = None) -> None:
         """Write the file whole or not at all; `inside` as in `results.files`. Raises StorageError."""

@@ -61,7 +61,7 @@ class Rollouts:
         """
         language = joined([task.policy.language for task in everybody])
         channels = 1 + max(max(task.policy.channels) for task in everybody)
-        scenarios = [task.site.scenario for task in tasks]
+        scenarios = [scenario for task in tasks for scenario in task.site.scenarios]
         walls, jammers = wall_capacity(scenarios), jammer_room(scenarios)
         shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls, jammers=jammers)
         physics = physical(tasks[0].site.settings)
@@ -118,8 +118,8 @@ def make_batches(
     """
     width = width or slots_per_device(settings, sum(len(task.wanted(0)) for task in tasks))
     rollouts = rollouts or Rollouts(settings)
-    by_walls = sorted(tasks, key=lambda task: sum(wall_capacity([task.site.scenario])))
-    kinds = len({wall_capacity([task.site.scenario]) for task in tasks})
+    by_walls = sorted(tasks, key=lambda task: sum(wall_capacity(task.site.scenarios)))
+    kinds = len({wall_capacity(task.site.scenarios) for task in tasks})
     on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]

@@ -25,7 +25,7 @@ from slcs2_jax.running.batches import make_batches, slots_per_device
 from slcs2_jax.running.deployable import Deployable, bound
 from slcs2_jax.running.evaluator import Evaluator
 from slcs2_jax.running.memory import check_memory, check_rows, search_bytes
-from slcs2_jax.running.run import Run, check_knowledge, prepare
+from slcs2_jax.running.run import Run, check_rules, prepare
 from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
@@ -66,7 +66,7 @@ def evolve(
     for one in settings:
         check_parts(one.search)
         check_logger(one)
-        check_knowledge(one)
+        check_rules(one)
     summaries, widths = _look(settings)
     runs: dict[int, Run] = {}
     with StopRequest() as stop, contextlib.ExitStack() as folders:
@@ -257,6 +257,7 @@ def batch_key(settings: Settings) -> Any:
         *(settings.task, settings.compute, settings.rules.rules, world.buildings),
         None if grammar in GRAMMARS else settings.rules,
         None if usual else (settings.jammers, world),
+        settings.worlds,
         *(settings.knowledge.mode == "reflex", settings.search.inherit_quality),  # arrays that rule-sets have
     )
 

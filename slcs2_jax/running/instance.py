@@ -66,7 +66,8 @@ class Instance:
         self.measurement, self._candidates = None, {}
         if self.search.finished:
             winner = self._ready(self.winner.solution.rules)
-            self.measurement = Measurement(self.site, winner, self._problem.settings.fresh_deployments)
+            worlds, fresh = self._problem.worlds, self._problem.settings.fresh_deployments
+            self.measurement = Measurement(self.site, winner, worlds * -(-fresh // worlds))  # alike in all worlds
             return
         asked = self.search.ask(self._problem.settings.batch)
         if not asked:

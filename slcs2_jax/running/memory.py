@@ -9,6 +9,7 @@ from typing import Any
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.field import refuse
+from slcs2_jax.config.worlds import kinds_of
 from slcs2_jax.native import choice
 from slcs2_jax.results.rows import MOST_ROWS
 
@@ -118,5 +119,5 @@ def available_device(devices: Sequence[Any]) -> int | None:
 
 def _walls(settings: Settings) -> int:
     """The most that a scenario can have: six to a building (docs/model.md)."""
-    world = settings.world
-    return int(6 * world.distance / world.building_spacing) if world.buildings else 0
+    worlds = [kind.settings(settings).world for kind in kinds_of(settings.worlds)] or [settings.world]
+    return max(int(6 * world.distance / world.building_spacing) if world.buildings else 0 for world in worlds)

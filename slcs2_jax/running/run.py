@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
@@ -14,11 +14,14 @@ import numpy as np
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.door import telling_damage
 from slcs2_jax.config.registry import KINDS
+from slcs2_jax.config.worlds import worlds_of
 from slcs2_jax.grammar import Grammar, random_rules
+from slcs2_jax.grammar.live import Bounds, live_rules
 from slcs2_jax.results import InstanceSummary, RunFolder, RunSummary, SavedSolution
 from slcs2_jax.results.loggers import Told
 from slcs2_jax.results.progress import counted
 from slcs2_jax.results.reading import look, read_timing
+from slcs2_jax.results.run_folder import GRAMMAR, KNOWLEDGE
 from slcs2_jax.results.summary import spread
 from slcs2_jax.running.deployable import of_grammar
 from slcs2_jax.running.instance import Instance
@@ -135,7 +138,7 @@ class Run:
             self.folder.close()
 
     def _saved(self, instance: Instance, member: Member) -> SavedSolution:
-        return as_saved(member, self.settings, self.grammar.text, instance.site.scenario.seed)
+        return as_saved(member, self.settings, self.grammar.text, instance.site.seed)
 
 
 def prepare(
@@ -152,7 +155,7 @@ def prepare(
         settings: of the run.
         device: what it is computed on, in words.
         width: slots per device of its batch.
-        as_begun: go on with the grammar that the run was begun with, even if its file is another one now.
+        as_begun: go on with the grammar and knowledge that the run was begun with, even if the files are others now.
         note: told if its logger fails.
 
     Raises:
@@ -166,16 +169,16 @@ def prepare(
         log = Told(settings, note)
         log.start()
         return Run(settings, grammar, None, _instances(settings, grammar, None, log, make), log)
-    folder = RunFolder.open(
-        settings, device=device, grammar_text=lambda: Grammar.of(settings).text, record={"width": width}
-    )
+    folder = RunFolder.open(settings, device=device, texts=partial(_texts, settings), record={"width": width})
     try:
-        started = folder.read_grammar()
+        started = {GRAMMAR: folder.read_grammar()}
+        if (known := folder.read_knowledge()) is not None:
+            started[KNOWLEDGE] = known
         if not as_begun:
-            _check_grammar(folder, started, settings)
-        grammar = Grammar.of(settings, started)
+            _check_texts(folder, started, settings)
+        grammar = Grammar.of(settings, started[GRAMMAR])
         log = Told(settings, note)
-        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, log, make), log)
+        run = Run(settings, grammar, folder, _instances(settings, grammar, folder, log, make, known), log)
         run.restore()
         log.start()
     except BaseException:
@@ -184,50 +187,90 @@ def prepare(
     return run
 
 
-def check_knowledge(settings: Settings) -> None:
-    """Refuse a list of knowledge that cannot be used, before anything is made of the run. InputError."""
-    if settings.knowledge.mode != "none" and (settings.run_dir is None or look(settings)[0] is None):
-        Knowledge.of(settings, Grammar.of(settings))
+def check_rules(settings: Settings) -> None:
+    """Refuse knowledge that cannot be used and a grammar of too few rules, before anything is made of the run.
+
+    Raises InputError.
+    """
+    rules = settings.rules
+    if settings.knowledge.mode == "none" and not rules.distinct:
+        return
+    if settings.run_dir is not None and look(settings)[0] is not None:
+        return
+    grammar = Grammar.of(settings)
+    knowledge = Knowledge.of(settings, grammar)
+    if rules.distinct:
+        problem = _problem(settings, grammar, knowledge, settings.seed)
+        problem.random_solution(problem.supply(), 0)
 
 
-def _check_grammar(folder: RunFolder, started: str, settings: Settings) -> None:
-    """Refuse to go on with another text than the run was started with. If the file is gone, the folder has it."""
+def _texts(settings: Settings) -> dict[str, str]:
+    """What the folder of a run keeps, by its name there: the grammar, and the list of knowledge if there is one."""
+    grammar = Grammar.of(settings)
+    knowledge = Knowledge.of(settings, grammar)
+    return {GRAMMAR: grammar.text} | ({} if knowledge is None else {KNOWLEDGE: knowledge.text})
+
+
+def _check_texts(folder: RunFolder, started: Mapping[str, str], settings: Settings) -> None:
+    """Refuse to go on with other texts than the run was started with. Of files that are gone, the folder has them."""
     try:
-        now = Grammar.of(settings)
+        now = _texts(settings)
     except InputError:
         return
-    if now.text != started:
-        raise InputError(
-            f"grammar={now.name}: is not what it was when the run in {folder.path} was started; accepted is "
-            f"the text of {folder.path / 'grammar.bnf'}, or another run_dir"
-        )
+    said = {GRAMMAR: f"grammar={settings.rules.grammar}", KNOWLEDGE: f"knowledge.rules={settings.knowledge.rules}"}
+    for name, text in now.items():
+        if text != started[name]:
+            raise InputError(
+                f"{said[name]}: is not what it was when the run in {folder.path} was started; accepted is "
+                f"the text of {folder.path / name}, or another run_dir"
+            )
 
 
 def _instances(
-    settings: Settings, grammar: Grammar, folder: RunFolder | None, log: Told, make: MakeSearch
+    settings: Settings,
+    grammar: Grammar,
+    folder: RunFolder | None,
+    log: Told,
+    make: MakeSearch,
+    known: str | None = None,
 ) -> list[Instance]:
+    """`known`: the list of knowledge that the run was begun with."""
     instances = []
-    knowledge = Knowledge.of(settings, grammar)
+    knowledge = Knowledge.of(settings, grammar, known)
+    shared = [make_scenario(its, seed) for _, its, seed in counted(worlds_of(settings), "worlds made:")]
     for number in counted(range(settings.instances), "worlds made:"):
-        scenario = make_scenario(settings, settings.seed + number)
-        problem = Problem(
-            settings=settings.search,
-            agents=settings.swarm.agents,
-            rules=settings.rules.rules,
-            seed=scenario.seed,
-            source=partial(_draw_rules, grammar, settings.rules.codons),
-            vocabulary=grammar.vocabulary,
-            knowledge=knowledge,
-            initial_quality=settings.learning.initial_quality,
-        )
-        site = Site.of(scenario, settings)
-        record = partial(_record, folder, log, number, scenario.seed)
+        seed = settings.seed + number
+        scenarios = shared or [make_scenario(settings, seed)]
+        problem = _problem(settings, grammar, knowledge, seed)
+        site = replace(Site.of(scenarios[0], settings), scenarios=tuple(scenarios), seed=seed)
+        record = partial(_record, folder, log, number, seed)
         instances.append(Instance(make(problem), problem, site, partial(of_grammar, grammar), record))
     return instances
 
 
-def _draw_rules(grammar: Grammar, codons: int, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    return random_rules(grammar, count, rng, codons=codons)
+def _problem(settings: Settings, grammar: Grammar, knowledge: Knowledge | None, seed: int) -> Problem:
+    bounds = Bounds.of(settings) if settings.rules.distinct else None
+    return Problem(
+        settings=settings.search,
+        agents=settings.swarm.agents,
+        rules=settings.rules.rules,
+        seed=seed,
+        source=partial(_draw_rules, grammar, settings.rules.codons, bounds),
+        vocabulary=grammar.vocabulary,
+        knowledge=knowledge,
+        initial_quality=settings.learning.initial_quality,
+        distinct=settings.rules.distinct,
+        worlds=max(1, len(worlds_of(settings))),
+        kinds=max(1, len(settings.worlds)),
+    )
+
+
+def _draw_rules(
+    grammar: Grammar, codons: int, bounds: Bounds | None, count: int, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    if bounds is None:
+        return random_rules(grammar, count, rng, codons=codons)
+    return live_rules(grammar, count, rng, codons=codons, bounds=bounds)
 
 
 def _record(folder: RunFolder | None, log: Told, number: int, seed: int, row: HistoryRow) -> None:
@@ -245,7 +288,7 @@ def _instance_summary(instance: Instance) -> InstanceSummary:
     measured = instance.measurement.deployments
     fresh = [deployment.fitness for deployment in measured]
     return InstanceSummary(
-        seed=instance.site.scenario.seed,
+        seed=instance.site.seed,
         generations=instance.search.generation,
         best_fitness=instance.winner.fitness,
         fresh_mean=statistics.fmean(fresh),

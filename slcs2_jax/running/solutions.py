@@ -32,7 +32,7 @@ def as_saved(member: Member, settings: Settings, grammar_text: str, seed: int) -
         grammar_text=grammar_text,
         instance_seed=seed,
         generation=member.generation,
-        fitness=member.fitness,
+        fitness=member.fitness if evaluation.offset is None else min(1.0, max(-1.0, member.fitness)),
         deployments=evaluation.deployments,
         origin_kind=solution.origin_kind,
         origin_generation=solution.origin_generation,

@@ -19,9 +19,13 @@ Name = tuple[str, int, int]  # stage, generation, deployment
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Where a task's deployments take place, and how they are scored; the physical values are those of the settings."""
+    """Where a task's deployments take place, by turns, and how they are scored.
 
-    scenario: Scenario
+    seed: of the task; deployments with fresh randomness follow from it. settings: whose physical values they have.
+    """
+
+    scenarios: tuple[Scenario, ...]
+    seed: int
     packets: int
     task: Delivery
     settings: Settings
@@ -29,11 +33,16 @@ class Site:
     @classmethod
     def of(cls, scenario: Scenario, settings: Settings) -> Site:
         """A scenario, with the packets, the task and the physics of the settings."""
-        return cls(scenario, settings.swarm.packets, task_of(settings), settings)
+        return cls((scenario,), scenario.seed, settings.swarm.packets, task_of(settings), settings)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The first."""
+        return self.scenarios[0]
 
     def job(self, name: Name, policy: BoundPolicy, key: Key) -> Job:
         """One deployment of a policy here."""
-        return job_of(policy, name, self.scenario, key, self.settings)
+        return job_of(policy, name, self.scenarios[name[2] % len(self.scenarios)], key, self.settings)
 
     def score(self, done: Done) -> Deployment:
         """What a deployment here measured."""
@@ -131,10 +140,10 @@ class Measurement:
 
     def job(self, name: Name) -> Job:
         """One fresh deployment."""
-        return self.site.job(name, self.policy, fresh_deployment_key(self.site.scenario.seed, name[2]))
+        return self.site.job(name, self.policy, fresh_deployment_key(self.site.seed, name[2]))
 
     def take(self, name: Name, done: Done) -> None:
         """Receive one."""
         deployment = self.site.score(done)
-        deployment.check(f"seed {self.site.scenario.seed}, fresh deployment {name[2]}")
+        deployment.check(f"seed {self.site.seed}, fresh deployment {name[2]}")
         self.taken[name[2]] = deployment

@@ -21,8 +21,9 @@ from slcs2_jax.search.protocol import MakeSearch, Search, SearchState
 from slcs2_jax.search.random import RandomSearch
 from slcs2_jax.search.slcs2 import Slcs2
 from slcs2_jax.search.solution import Origin, Solution
+from slcs2_jax.search.starters import Starters
 from slcs2_jax.search.supply import RuleSource, RuleSupply
-from slcs2_jax.search.trial import Race, Trial, counted
+from slcs2_jax.search.trial import Race, Trial, WorldRace, counted
 
 __all__ = [
     "Acceptance",
@@ -54,10 +55,12 @@ __all__ = [
     "SearchState",
     "Slcs2",
     "Solution",
+    "Starters",
     "Tournament",
     "Trial",
     "Variation",
     "Verdict",
+    "WorldRace",
     "counted",
     "deployment_key",
     "domination",

@@ -14,7 +14,7 @@ from slcs2_jax.search.parts import Verdict
 from slcs2_jax.search.problem import Problem
 from slcs2_jax.search.protocol import SearchState
 from slcs2_jax.search.solution import Solution
-from slcs2_jax.search.trial import Race, Trial
+from slcs2_jax.search.trial import Race, Trial, WorldRace
 
 
 class BaseSearch(ABC):
@@ -82,13 +82,32 @@ class BaseSearch(ABC):
 
     def trial(self, solution: Solution) -> Trial:
         """An empty evaluation: re-deployed while the mean fitness is above 0 (paper, Evaluation and Re-Evaluation), or
-        with `search.racing` while it may be above that of the best."""
+        with `search.racing` while it may be above that of the best. Of many worlds, deployed in each of them."""
         settings, name = self.settings, self._name(solution.generation)
+        if self.problem.worlds > 1:
+            return self._through_worlds(name)
         limits = {"min_deployments": settings.min_deployments, "max_redeployments": settings.max_redeployments}
         if not settings.racing:
             return Trial(**limits, name=name)
         rival = float("-inf") if self._best is None else self._best.fitness
         return Race(rival=rival, margin=settings.race_width * self.noise.deviation, **limits, name=name)
+
+    def _through_worlds(self, name: str) -> Trial:
+        worlds, kinds = self.problem.worlds, self.problem.kinds
+        if not self.settings.racing:
+            return Trial(min_deployments=worlds, max_redeployments=worlds - 1, name=name)
+        rival = None if self._best is None else self._best.evaluation.by_world(worlds)
+        margin = self.settings.race_width * self.noise.deviation
+        return WorldRace(rival=rival, margin=margin, kinds=kinds, worlds=worlds, name=name)
+
+    def _each(self, deployments: int) -> int:
+        """Deployments of a solution that gets `deployments` in any case; of many worlds one in each."""
+        return deployments if self.problem.worlds == 1 else self.problem.worlds
+
+    def _fixed(self, solution: Solution, deployments: int) -> Trial:
+        """An empty evaluation of exactly so many deployments, or of one in each of many worlds."""
+        name, deployments = self._name(solution.generation), self._each(deployments)
+        return Trial(min_deployments=deployments, max_redeployments=deployments - 1, name=name)
 
     def tell(self, solutions: Sequence[Solution], evaluations: Sequence[Evaluation]) -> list[Verdict]:
         """See `Search.tell`. Raises InputError if these were not asked for, or on NaN; nothing is changed then."""
@@ -104,12 +123,22 @@ class BaseSearch(ABC):
 
     def _take(self, newcomer: Member) -> Verdict:
         verdict = self.consider(newcomer)
-        self.noise.add(newcomer.evaluation.fitnesses)
-        if self._best is None or newcomer.fitness > self._best.fitness:
+        self._measure(newcomer.evaluation)
+        if self._best is None or (newcomer.fitness > self._best.fitness and newcomer.evaluation.offset is None):
             self._best = newcomer
         self.generation += 1
         self.episodes += newcomer.evaluation.deployments
         return verdict
+
+    def _measure(self, evaluation: Evaluation) -> None:
+        """Learn how much deployments of one solution differ; of many worlds, how much differences to the best do."""
+        fitnesses = evaluation.fitnesses
+        if self.problem.worlds > 1:
+            if self._best is None:
+                return
+            best = self._best.evaluation.by_world(self.problem.worlds)
+            fitnesses = tuple(one - best[at % len(best)] for at, one in enumerate(fitnesses))
+        self.noise.add(fitnesses)
 
     def _name(self, generation: int) -> str:
         return f"run with seed {self.problem.seed}, generation {generation}"
@@ -134,6 +163,7 @@ class BaseSearch(ABC):
                 "noise": self.noise.state(),
                 "knowledge": self._knowledge_ids(),
                 "kept": self.remember(),
+                **({"worlds": self.problem.worlds} if self.problem.worlds > 1 else {}),
             },
         )
 
@@ -145,6 +175,8 @@ class BaseSearch(ABC):
                 f"search: the state is that of a run of {meta['shape']} agents and rules with seed {meta['seed']}; "
                 f"accepted is {mine[0]} with seed {mine[1]}"
             )
+        if (worlds := meta.get("worlds", 1)) != self.problem.worlds:
+            raise InputError(f"search: the state is that of a run in {worlds} worlds")
         if meta["knowledge"] != self._knowledge_ids():
             raise InputError("knowledge.rules: is not the list that the run was begun with; accepted is that one")
         self.generation, self.episodes = state.generation, int(meta["episodes"])

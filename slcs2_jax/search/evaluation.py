@@ -41,6 +41,7 @@ class Evaluation:
     steps: float  # mean time-steps
     contribution_sum: np.ndarray  # int64[n] summed over the deployments
     figures: Figures  # means, float32[n, R]
+    offset: float | None = None  # of deployments in some of many worlds: what the mean would be more in all of them
 
     @property
     def deployments(self) -> int:
@@ -48,8 +49,12 @@ class Evaluation:
 
     @property
     def fitness(self) -> float:
-        """Mean fitness."""
-        return sum(self.fitnesses) / len(self.fitnesses)
+        """Mean fitness, with `offset`."""
+        return sum(self.fitnesses) / len(self.fitnesses) + (self.offset or 0.0)
+
+    def by_world(self, worlds: int) -> np.ndarray:
+        """float64[W]: mean fitness in each world, of rounds through all of them."""
+        return np.array(self.fitnesses).reshape(-1, worlds).mean(axis=0)
 
     @property
     def contribution(self) -> np.ndarray:
@@ -98,7 +103,12 @@ def mean_of(deployments: Sequence[Deployment]) -> Evaluation:
 
 
 def together(one: Evaluation, other: Evaluation) -> Evaluation:
-    """Two evaluations of one solution as a single one; the deployments of the first come first."""
+    """Two evaluations of one solution as a single one; the deployments of the first come first.
+
+    Of one that was made in some of many worlds nothing is kept: the other counts alone.
+    """
+    if one.offset is not None:
+        return other
     first, second = one.deployments, other.deployments
     count = first + second
 

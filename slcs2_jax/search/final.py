@@ -3,7 +3,8 @@
 A final has F finalists, F a power of two: the fittest of those held. In each round all that are left are deployed
 again, each a generation of its own, and the fitter half of them by all of its deployments goes on, down to a round of
 two. A final is the last 2 F - 2 of every `search.final_every` generations, so that a run that goes further is as one
-that went so far at once.
+that went so far at once. Where `search.episodes` ends a search there is one final, as soon as what is left of them is
+what it takes.
 """
 
 from __future__ import annotations
@@ -19,15 +20,22 @@ class Schedule:
     every: int
 
     @property
+    def length(self) -> int:
+        """Generations of a final."""
+        return 2 * self.finalists - 2
+
+    @property
     def first(self) -> int:
         """Place of a final's first generation within a period."""
-        return self.every - (2 * self.finalists - 2)
+        return self.every - self.length
 
     def turn(self, generation: int) -> tuple[int, int] | None:
         """(finalists left in this round, this one's turn in it) for a generation of a final; None for any other."""
         turn = generation % self.every - self.first
-        if turn < 0:
-            return None
+        return None if turn < 0 else self.round_of(turn)
+
+    def round_of(self, turn: int) -> tuple[int, int]:
+        """(finalists left in its round, its turn in it) of a final's generation `turn`, from 0."""
         left = self.finalists
         while turn >= left:
             turn -= left

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from slcs2_jax.config import InputError
-from slcs2_jax.search.evaluation import together
+from slcs2_jax.search.again import again, joined
 from slcs2_jax.search.final import Schedule
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.parts import Verdict
@@ -29,17 +29,40 @@ class Informed(Slcs2):
     def __init__(self, problem: Problem) -> None:
         super().__init__(problem)
         self._schedule = Schedule(self.settings.finalists, self.settings.final_every)
+        self._last: int | None = None  # first generation of the final that ends a search with `search.episodes`
         self._round: list[int] = []  # generations of the solutions in the final's present round, the fittest first
+
+    @property
+    def finished(self) -> bool:
+        """All generations are made, or with `search.episodes` the one final, which takes the last of them."""
+        ended = self._last is not None and self.generation >= self._last + self._schedule.length
+        return ended or self.generation >= self.settings.generations
 
     def ask(self, count: int = 1) -> list[Solution]:
         """See `Search.ask`: not beyond a round of a final, since the next one depends on it."""
         if not self._asked and not self.finished:
-            count = min(max(1, count), self._schedule.stop(self.generation) - self.generation)
+            most, final = self.settings.episodes, self._schedule.length * self._each(self.settings.final_deployments)
+            if most is not None and self._last is None and self.episodes + final >= most:
+                self._last = self.generation
+            count = min(max(1, count), self._stop(self.generation) - self.generation)
         return super().ask(count)
+
+    def _turn(self, generation: int) -> tuple[int, int] | None:
+        """Of a final; see `Schedule.turn`."""
+        if self.settings.episodes is None:
+            return self._schedule.turn(generation)
+        return None if self._last is None else self._schedule.round_of(generation - self._last)
+
+    def _stop(self, generation: int) -> int:
+        """See `Schedule.stop`."""
+        turn = self._turn(generation)
+        if turn is None:
+            return self._schedule.stop(generation) if self.settings.episodes is None else self.settings.generations
+        return generation + turn[0] - turn[1]
 
     def propose(self, generation: int) -> Solution:
         """As `Slcs2`, or in a final one of the finalists again."""
-        turn = self._schedule.turn(generation)
+        turn = self._turn(generation)
         if turn is None:
             return super().propose(generation)
         left, place = turn
@@ -48,30 +71,23 @@ class Informed(Slcs2):
             known = [members[one] for one in self._round] if self._round else self.members
             ranked = sorted(known, key=lambda member: (-member.fitness, member.generation))
             self._round = [member.generation for member in ranked[:left]]
-        again = members[self._round[place % len(self._round)]].solution  # fewer are held than there are places
-        return Solution.of(
-            again.values() | {"generation": generation, "parent": again.generation}, again.rules.vocabulary
-        )
+        chosen = members[self._round[place % len(self._round)]].solution  # fewer are held than there are places
+        return again(chosen, generation)
 
     def trial(self, solution: Solution) -> Trial:
         """In a final, `search.final_deployments` for each finalist."""
-        if self._schedule.turn(solution.generation) is None:
+        if self._turn(solution.generation) is None:
             return super().trial(solution)
-        count = self.settings.final_deployments
-        name = self._name(solution.generation)
-        return Trial(min_deployments=count, max_redeployments=count - 1, name=name)
+        return self._fixed(solution, self.settings.final_deployments)
 
     def consider(self, newcomer: Member) -> Verdict:
         """A final's deployments join those of the solution that was deployed again."""
-        if self._schedule.turn(newcomer.generation) is None:
+        turn = self._turn(newcomer.generation)
+        if turn is None:
             return super().consider(newcomer)
-        members, deployed = self.members, newcomer.solution.parent
-        for place, member in enumerate(members):
-            if member.generation == deployed:
-                evaluation = together(member.evaluation, newcomer.evaluation)
-                members[place] = Member(member.solution, evaluation, member.explorations)
+        members = joined(self.members, newcomer)
         self._acceptance.restore(members, self._acceptance.state())
-        if (newcomer.generation + 1) % self.settings.final_every == 0:
+        if turn == (2, 1):
             self._round = []
         return Verdict(accepted=True, size=len(members))
 
@@ -81,6 +97,7 @@ class Informed(Slcs2):
         held = self.members
         if former is not None and all(member.generation != former.generation for member in held):
             held.append(former)
+        held = [member for member in held if member.evaluation.offset is None]
         self._best = max(held, key=lambda member: (self._surely(member), -member.generation))
         return verdict
 
@@ -88,12 +105,13 @@ class Informed(Slcs2):
         return member.fitness - self.noise.error(member.evaluation.deployments)
 
     def remember(self) -> dict[str, Any]:
-        """The round of a final, too."""
-        return super().remember() | {"round": list(self._round)}
+        """The round of a final, and when the last one began, too."""
+        return super().remember() | {"round": list(self._round), "last": self._last}
 
     def recall(self, members: list[Member], kept: dict[str, Any]) -> None:
         """What `remember` gave. Raises InputError if a finalist is not among the members."""
         super().recall(members, kept)
         self._round = [int(one) for one in kept["round"]]
+        self._last = None if kept["last"] is None else int(kept["last"])
         if not {*self._round} <= {member.generation for member in members}:
             raise InputError("search: a finalist is not among the members")

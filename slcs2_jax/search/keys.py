@@ -7,6 +7,7 @@ import numpy as np
 from slcs2_jax.config import InputError
 
 PURPOSE_SEARCH, PURPOSE_DEPLOYMENT, PURPOSE_FRESH, PURPOSE_RULES = 1, 2, 3, 4
+PURPOSE_NETWORK, PURPOSE_TRAINING = 32, 33
 
 Key = tuple[np.uint32, np.uint32]
 
@@ -34,3 +35,8 @@ def deployment_key(seed: int, generation: int, deployment: int) -> Key:
 def fresh_deployment_key(seed: int, deployment: int) -> Key:
     """Episode key of one of the winner's fresh deployments; no search ever uses these."""
     return _key(seed, PURPOSE_FRESH, deployment)
+
+
+def training_key(seed: int, episode: int) -> Key:
+    """Episode key of one of the episodes that the training with this seed consists of."""
+    return _key(seed, PURPOSE_TRAINING, episode)

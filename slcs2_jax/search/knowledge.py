@@ -13,7 +13,7 @@ import numpy as np
 
 from slcs2_jax.config.field import refuse
 from slcs2_jax.grammar import Grammar, RuleSets
-from slcs2_jax.policy.decision_list import load_decision_list
+from slcs2_jax.policy.decision_list import load_decision_list, parse_decision_list
 
 if TYPE_CHECKING:
     from slcs2_jax.config import Settings
@@ -30,23 +30,28 @@ class Knowledge:
         reflex: may they be reflexes? Otherwise they are rules as any other.
         start: which are, in a random solution: packets, all, or both by turns.
         alone: share of children in which nothing but flags changes.
+        text: of the list, as it was written.
     """
 
     rules: RuleSets
     reflex: bool = False
     start: str = "both"
     alone: float = 0.5
+    text: str = ""
 
     @classmethod
-    def of(cls, settings: Settings, grammar: Grammar) -> Knowledge | None:
-        """As the settings say; None for none.
+    def of(cls, settings: Settings, grammar: Grammar, text: str | None = None) -> Knowledge | None:
+        """As the settings say; None for none. Of a run that goes on, `text` is the list that it was begun with.
 
         Raises InputError: there is no such list, the grammar cannot say it, or it has more rules than a rule-set.
         """
         given = settings.knowledge
         if given.mode == "none":
             return None
-        known = load_decision_list(given.rules, vocabulary=grammar.vocabulary)
+        if text is None:
+            known = load_decision_list(given.rules, vocabulary=grammar.vocabulary)
+        else:
+            known = parse_decision_list(text, name=given.rules, vocabulary=grammar.vocabulary)
         if len(known.rules) > settings.rules.rules:
             most = f"a list of at most rules.rules={settings.rules.rules} rules; it has {len(known.rules)}"
             raise refuse("knowledge.rules", given.rules, most)
@@ -54,7 +59,13 @@ class Knowledge:
             if not {*rule.clauses} <= {*grammar.clauses} or rule.action not in grammar.actions:
                 sayable = f"rules that grammar={grammar.name} can say, and '{rule.text()}' it cannot"
                 raise refuse("knowledge.rules", given.rules, sayable)
-        return cls(rules=known.rule_sets(1), reflex=given.mode == "reflex", start=given.start, alone=given.alone)
+        return cls(
+            rules=known.rule_sets(1),
+            reflex=given.mode == "reflex",
+            start=given.start,
+            alone=given.alone,
+            text=known.text,
+        )
 
     @property
     def count(self) -> int:

@@ -44,4 +44,5 @@ class Member:
 
 def _evaluation_values(evaluation: Evaluation) -> dict[str, object]:
     """An evaluation as plain values."""
-    return {name: value for name, value in vars(evaluation).items() if name != "figures"} | evaluation.figures.arrays()
+    plain = {name: value for name, value in vars(evaluation).items() if name != "figures" and value is not None}
+    return plain | evaluation.figures.arrays()

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slcs2_jax.grammar.ruleset import rule_ids
 from slcs2_jax.search.evaluation import Evaluation
 from slcs2_jax.search.inheritance import learnt_quality, with_fresh
 from slcs2_jax.search.member import Member
@@ -88,7 +89,7 @@ class Exchange:
     def __init__(self, problem: Problem) -> None:
         self._varrho, self._exchange = problem.settings.varrho, problem.settings.exchange
         self._places, self._initial = problem.places, problem.initial_quality
-        self._inherit = problem.settings.inherit_quality
+        self._inherit, self._distinct = problem.settings.inherit_quality, problem.distinct
 
     def __call__(
         self,
@@ -113,6 +114,7 @@ class Exchange:
             rng=rng,
             places=self._places,
             initial_quality=self._initial if self._inherit else None,
+            distinct=self._distinct,
         )
 
 
@@ -128,12 +130,14 @@ def offspring(
     rng: np.random.Generator,
     places: int = 0,
     initial_quality: float | None = None,
+    distinct: bool = False,
 ) -> Solution:
     """The child of `parent`, born in `generation`; `explorations` = phi of the parent before this attempt.
 
     Without `exchange` nothing is copied (varsigma = 0). `rng` draws donors and shares, `supply` gives the new rules.
     The first `places` rules of every rule-set stay, with their reflexes. With `initial_quality`, that of rules that
     inherited none, the child inherits what was learnt (`inheritance`); otherwise it has no quality of its own.
+    With `distinct` no new rule is one that its agent has already.
     """
     rules = parent.shape[1] - places
     receivers = np.flatnonzero(low_quality(evaluation.contribution_sum))
@@ -146,8 +150,7 @@ def offspring(
     given = parent.arrays()
     names = ("mask", "action", *ORIGIN, *(["reflex"] if "reflex" in given else []))
     arrays = {name: given[name][from_agent, from_rule] for name in names}
-    for name, array in supply.take(int(is_new.sum())).items():
-        arrays[name][is_new] = array
+    _fill(arrays, is_new, supply, distinct)
     if initial_quality is not None:
         learnt = learnt_quality(parent.rules, evaluation, initial_quality)
         arrays["quality"] = with_fresh(learnt[from_agent, from_rule], is_new, learnt)
@@ -156,6 +159,19 @@ def offspring(
     arrays["origin_agent"][is_copied], arrays["origin_agent"][is_new] = from_agent[is_copied], -1
     child = {"generation": generation, "parent": parent.generation}
     return Solution.of(arrays | child, parent.rules.vocabulary)
+
+
+def _fill(arrays: dict[str, np.ndarray], is_new: np.ndarray, supply: RuleSupply, distinct: bool) -> None:
+    """Put new random rules into the places bool[n, R]."""
+    if not distinct:
+        for name, array in supply.take(int(is_new.sum())).items():
+            arrays[name][is_new] = array
+        return
+    ids = rule_ids(arrays["mask"], arrays["action"])
+    for agent in np.flatnonzero(is_new.any(axis=1)).tolist():
+        places = is_new[agent]
+        for name, array in supply.take_distinct(int(places.sum()), {*ids[agent, ~places].tolist()}).items():
+            arrays[name][agent, places] = array
 
 
 def _sources(

@@ -19,3 +19,14 @@ class FewestExplorations:
     def __call__(self, members: Sequence[Member], rng: np.random.Generator) -> Member:
         """See `ParentChoice`."""
         return min(members, key=lambda member: (member.explorations, -member.generation))
+
+
+class Uniform:
+    """Any member, each with the same chance."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Nothing of the problem matters."""
+
+    def __call__(self, members: Sequence[Member], rng: np.random.Generator) -> Member:
+        """See `ParentChoice`."""
+        return members[int(rng.integers(len(members)))]

@@ -35,6 +35,9 @@ class Problem:
         vocabulary: what the numbers of clauses and actions mean.
         knowledge: the designer's rules in the first places of every rule-set; None for none.
         initial_quality: `learning.initial_quality`, of rules that inherit none.
+        worlds: W, in which every solution is deployed by turns: deployment i takes place in world i mod W.
+        kinds: of these worlds; the first ones are of different kinds.
+        distinct: no new rule is twice in a rule-set (`rules.distinct`).
         source: source(count, rng) draws random rules of the grammar, masks uint32[count, W] and actions uint8[count].
     """
 
@@ -46,6 +49,9 @@ class Problem:
     vocabulary: Vocabulary = PAPER
     knowledge: Knowledge | None = None
     initial_quality: float = 0.0
+    distinct: bool = False
+    worlds: int = 1
+    kinds: int = 1
 
     def __post_init__(self) -> None:
         limits = {"agents": (1, MOST_AGENTS), "rules": (1, MOST_RULES), "seed": (0, 2**64 - 1)}
@@ -73,7 +79,11 @@ class Problem:
     def random_solution(self, supply: RuleSupply, generation: int) -> Solution:
         """Random rules for every agent behind those of knowledge; of a homogeneous swarm one rule-set for all."""
         homogeneous = self.settings.homogeneous
-        drawn = random_rules(1 if homogeneous else self.agents, self.rules, supply, self.vocabulary)
+        others = None
+        if self.distinct:
+            known = [] if self.knowledge is None else self.knowledge.rules.ids().ravel().tolist()
+            others = frozenset(known)
+        drawn = random_rules(1 if homogeneous else self.agents, self.rules, supply, self.vocabulary, others)
         if self.knowledge is not None:
             drawn = self.knowledge.placed(drawn, generation)
         if self.settings.inherit_quality:

@@ -104,7 +104,16 @@ class Solution:
         return mine.keys() == its.keys() and all(np.array_equal(mine[name], its[name]) for name in mine)
 
 
-def random_rules(agents: int, rules: int, supply: RuleSupply, vocabulary: Vocabulary = PAPER) -> RuleSets:
-    """`agents` rule-sets of `rules` random rules each (paper, Rule Generation)."""
-    drawn = supply.take(agents * rules)
+def random_rules(
+    agents: int, rules: int, supply: RuleSupply, vocabulary: Vocabulary = PAPER, others: frozenset[int] | None = None
+) -> RuleSets:
+    """`agents` rule-sets of `rules` random rules each (paper, Rule Generation).
+
+    With the identities of `others`, each rule-set has none of these, and none of its own twice (`rules.distinct`).
+    """
+    if others is None:
+        drawn = supply.take(agents * rules)
+    else:
+        sets = [supply.take_distinct(rules, others) for _ in range(agents)]
+        drawn = {name: np.concatenate([one[name] for one in sets]) for name in sets[0]}
     return RuleSets(drawn["mask"].reshape(agents, rules, -1), drawn["action"].reshape(agents, rules), vocabulary)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from typing import Any, Protocol
 
 import numpy as np
 
 from slcs2_jax.config import InputError
+from slcs2_jax.config.field import refuse
+from slcs2_jax.grammar.ruleset import rule_ids
 
 BLOCK = 4096  # part of what a seed means: another size gives other rules
+_MOST_BLOCKS = 100  # drawn in search of one agent's rules; a grammar with enough of them takes less than one
 
 
 class RuleSource(Protocol):
@@ -50,6 +54,26 @@ class RuleSupply:
             self._used = piece.stop
             if self._used == BLOCK:
                 self._block, self._used, self._before = None, 0, self._rng.bit_generator.state
+        return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+    def take_distinct(self, count: int, others: Set[int] = frozenset()) -> dict[str, np.ndarray]:
+        """The next `count` rules of which none is twice, nor among the identities of `others`; the rest are dropped.
+
+        Raises InputError if the grammar has too few different rules.
+        """
+        seen, pieces = set(others), [self.take(0)]
+        missing, blocks = count, 0
+        while missing:
+            drawn = self.take(missing)
+            new = []
+            for place, one in enumerate(rule_ids(drawn["mask"], drawn["action"]).tolist()):
+                if one not in seen:
+                    seen.add(one)
+                    new.append(place)
+            pieces.append({name: array[new] for name, array in drawn.items()})
+            missing, blocks = missing - len(new), blocks + 1
+            if blocks > _MOST_BLOCKS * max(1, BLOCK // max(1, count)):
+                raise refuse("rules.distinct", True, f"a grammar with at least {count} different rules that can hold")
         return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
     def state(self) -> dict[str, Any]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from slcs2_jax.config import InputError
 from slcs2_jax.search.evaluation import Deployment, Evaluation, mean_of
@@ -120,3 +123,45 @@ class Race(Trial):
             rival=self._rival,
             margin=self._margin,
         )
+
+
+class WorldRace(Trial):
+    """A race through many worlds: the solution is compared with its rival in the worlds where both were deployed.
+
+    Worlds come in a fixed order. The race ends when the mean difference is at most -margin / sqrt(worlds); what the
+    rival came to in the other worlds then stands for what is not known (`Evaluation.offset`).
+    """
+
+    def __init__(self, *, rival: np.ndarray | None, margin: float, kinds: int, worlds: int, name: str) -> None:
+        """`rival`: float64[W], mean fitness of the best so far in each world; None for none. `kinds`: deployments that
+        are made in any case. `margin` as in `Race`."""
+        super().__init__(min_deployments=worlds, max_redeployments=worlds - 1, name=name)
+        self._rival, self._margin, self._kinds = rival, margin, kinds
+
+    def _count(self) -> int | None:
+        total = 0.0
+        for count, one in enumerate(self._prefix(), start=1):
+            if count >= self.limit:
+                return count
+            if self._rival is None:
+                continue
+            total += one.fitness - self._rival[count - 1]
+            if count >= self._kinds and total / count + self._margin / math.sqrt(count) <= 0:
+                return count
+        return None
+
+    def wanted(self, ahead: int = 0) -> list[int]:
+        """See `Trial`: only the next is certain, or the rest of the kinds, or without a rival all."""
+        if self.complete:
+            return []
+        made = len(self._prefix())
+        certain = self.limit if self._rival is None else max(made + 1, self._kinds)
+        return [index for index in range(made, min(self.limit, certain + ahead)) if index not in self._held]
+
+    def result(self) -> Evaluation:
+        """See `Trial`; with an offset if it ended early."""
+        found = super().result()
+        count = found.deployments
+        if self._rival is None or count == self.limit:
+            return found
+        return replace(found, offset=float(self._rival.mean() - self._rival[:count].mean()))

@@ -67,17 +67,20 @@ class Outcome:
         """Is it the result of a search?"""
         return self.planned > 0
 
-    def best(self, generations: int) -> float | None:
-        """The paper's figure after so many generations, or of a designed behaviour the mean of its deployments."""
+    def best(self, generations: int | None) -> float | None:
+        """The paper's figure after so many generations, None: where the search ended; or of a designed behaviour the
+        mean of its deployments."""
         if not self.evolves:
             return float(self.deployments.mean()) if len(self.deployments) else None
+        if generations is None:
+            generations = 0 if self.fresh is None else len(self.curve)
         return float(self.curve[generations - 1]) if 1 <= generations <= len(self.curve) else None
 
-    def fresh_after(self, generations: int) -> float | None:
-        """Mean over fresh deployments, if its search ended after so many generations."""
+    def fresh_after(self, generations: int | None) -> float | None:
+        """Mean over fresh deployments, if its search ended after so many generations; None: after any number."""
         if not self.evolves:
             return self.best(generations)
-        return self.fresh if len(self.curve) == generations else None
+        return self.fresh if generations in (None, len(self.curve)) else None
 
 
 def policy_of(record: Mapping[str, Any]) -> str | None:

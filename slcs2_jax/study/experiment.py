@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config import InputError, Settings, settings_from
+from slcs2_jax.config import InputError, Settings, settings_from, settings_to_dict
 from slcs2_jax.config.arguments import whole
+from slcs2_jax.config.chosen import with_search
 from slcs2_jax.config.conf import conf_dir
 from slcs2_jax.config.door import check_below
 from slcs2_jax.config.field import refuse
@@ -39,6 +40,7 @@ class Experiment:
     """The arms of an experiment by name. The first is the reference.
 
     Attributes:
+        budgeted: do its searches stop by `search.episodes`? Each number of them is then a study of its own.
         apart: by how much the seeds of each cell begin after those of the cell before; 0: all cells have the same.
     """
 
@@ -46,6 +48,7 @@ class Experiment:
     title: str
     arms: Mapping[str, Arm]
     apart: int = 0
+    budgeted: bool = False
 
     @classmethod
     def of(cls, node: Mapping[str, Any]) -> Experiment:
@@ -76,24 +79,36 @@ def experiments() -> dict[str, Experiment]:
     for file in sorted((conf_dir() / "experiment").glob("*.yaml")):
         plain: Any = OmegaConf.to_container(OmegaConf.load(file))
         if "arms" in plain["experiment"]:
-            found[file.stem] = Experiment.of(plain["experiment"])
+            budgeted = "episodes" in plain.get("search", {})
+            found[file.stem] = dataclasses.replace(Experiment.of(plain["experiment"]), budgeted=budgeted)
     return found
 
 
-def reported_experiments() -> dict[str, tuple[str, tuple[str, ...]]]:
-    """By name: title, and the folder names of the arms, the reference first."""
-    return {
-        name: (
-            one.title,
-            tuple(arm_of(settings_with({}, arm.settings), arm.policy) for arm in one.arms.values()),
-        )
-        for name, one in experiments().items()
-    }
+def reported_experiments(episodes: Sequence[int] = ()) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """By name: title, and the folder names of the arms, the reference first.
+
+    Experiments whose searches stop by their episodes are there for each of these numbers of `episodes`.
+    """
+    found: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for name, one in experiments().items():
+        budgets: Sequence[int | None] = episodes if one.budgeted else [None]
+        for most in budgets:
+            config = {} if most is None else {"search": {"episodes": most}}
+            arms = tuple(arm_of(settings_with(config, arm.settings), arm.policy) for arm in one.arms.values())
+            said = (name, one.title) if most is None else (f"{name}_{most}", f"{one.title}, {most} episodes")
+            found[said[0]] = said[1], arms
+    return found
 
 
 def settings_with(config: Mapping[str, Any], own: Mapping[str, Any]) -> Settings:
-    """The settings of a composed configuration with some in place of its own. Raises InputError."""
+    """The settings of a composed configuration with some in place of its own; `search: NAME` brings what goes with it.
+
+    Raises InputError.
+    """
     paths = accepted_paths()
+    own = dict(own)
+    if isinstance(own.get("search"), str):
+        config = settings_to_dict(with_search(settings_from(config), own.pop("search")))
     flat = flatten(own)
     for path in flat:
         if path not in paths:

@@ -54,7 +54,7 @@ def _fitness(study: Study, metric: str) -> Figure:
         "metric": metric,
         "name": f"{study.name}_{metric}",
         "title": f"Fitness: {METRICS[metric]}",
-        "caption": f"Mean over instances and its 90 % confidence interval, after {study.generations} generations.",
+        "caption": f"Mean over instances and its 90 % confidence interval, {study.when}.",
         "x": {"label": "world", "names": [place.title for place in places]},
         "y": {"label": MEASURES[metric]},
         "series": series,

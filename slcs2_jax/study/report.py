@@ -15,6 +15,7 @@ from slcs2_jax.results.files import make_folder, write_text
 from slcs2_jax.study.claim import Finding, judge, load_claims
 from slcs2_jax.study.collect import Outcome, collect
 from slcs2_jax.study.experiment import reported_experiments
+from slcs2_jax.study.overall import overall_table
 from slcs2_jax.study.report_text import report_text
 from slcs2_jax.study.response import grids, responses
 from slcs2_jax.study.response_table import grid_table, grids_table, interactions_table, responses_table
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 REPORT = "report"  # folder below the runs', unless another is named
 
 # Files of an earlier report, by the ends of their names: that one may have had some that this one has not.
-_TABLES = ("_fitness", "_failures", "_comparisons", "_responses", "_means", "_interactions")
+_TABLES = ("_fitness", "_failures", "_comparisons", "_overall", "_responses", "_means", "_interactions")
 _FIGURES = ("_best", "_fresh", "_curves")
 _OF_REPORTS = {".png": _FIGURES, ".svg": _FIGURES, ".csv": _TABLES}
 
@@ -61,7 +62,8 @@ def write_report(
         InputError: no runs, or a place that cannot be written to.
     """
     outcomes = collect(folder, passed)
-    found = studies(outcomes, reported_experiments(), generations)
+    episodes = sorted({most for one in outcomes if (most := one.settings.search.episodes) is not None})
+    found = studies(outcomes, reported_experiments(episodes), generations)
     findings = judge(load_claims(), found, BEST) + judge(load_claims(), found, FRESH)
     place = Path(folder) / REPORT if out is None else Path(out)
     try:
@@ -87,6 +89,8 @@ def study_tables(study: Study) -> dict[str, Table]:
     """All tables of a study by name."""
     named = {"fitness": descriptions_table(study), "failures": failures_table(study)}
     named |= {f"{metric}_comparisons": comparisons_table(study, metric) for metric in METRICS}
+    if study.to_end:
+        named |= {f"{metric}_overall": overall_table(study, metric) for metric in METRICS}
     if study.factors:
         named |= {f"{metric}_responses": responses_table(study, metric) for metric in METRICS}
         named |= {f"{metric}_means": grids_table(study, metric) for metric in METRICS}

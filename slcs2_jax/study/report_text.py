@@ -85,7 +85,9 @@ def state_line(study: Study) -> str:
     """At how many generations arms are compared, and whether anything is missing."""
     most = max((len(one.curve) for one in study.outcomes), default=0)
     told = [] if study.missing else ["Nothing is missing."]
-    if study.generations:
+    if study.to_end:
+        told.insert(0, "Compared where each search ended, by its episodes.")
+    elif study.generations:
         rest = f"; the longest has {most}" if most > study.generations else ""
         told.insert(0, f"Compared after {study.generations} generations of every run{rest}.")
     return " ".join(told)

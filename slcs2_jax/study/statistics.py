@@ -26,6 +26,7 @@ ALPHA = 0.1  # of every test: the paper's
 POWER = 0.8  # at which a difference counts as one that so many instances would show
 EFFICIENCY = 3 / np.pi  # of the Mann-Whitney test to the t test, asymptotically, for normal samples
 RESAMPLES = 4999  # of every bootstrap; its random numbers are the same in every call
+_PERMUTATIONS = 9999
 
 Values = NDArray[np.float64]
 
@@ -180,6 +181,13 @@ def holm(comparisons: Sequence[Comparison]) -> list[Comparison]:
     return [one if one.p_mann_whitney is None else replace(one, p_holm=float(next(corrected))) for one in comparisons]
 
 
+def holm_of(values: Sequence[float | None]) -> list[float | None]:
+    """p of one family with Holm's correction; None stays."""
+    known = [one for one in values if one is not None]
+    corrected = iter(multipletests(known, alpha=ALPHA, method="holm")[1]) if known else iter(())
+    return [None if one is None else float(next(corrected)) for one in values]
+
+
 def contrast(x: Values, y: Values) -> tuple[float, Interval | None]:
     """Difference of the means of two samples that share no instances, and its BCa interval."""
     difference = float(x.mean() - y.mean())
@@ -201,6 +209,28 @@ def _wilcoxon(differences: Values) -> float:
     if not differences.any():
         return 1.0
     return float(stats.wilcoxon(differences, alternative="two-sided").pvalue)
+
+
+def permuted(x: Values, y: Values) -> float | None:
+    """p of the paired permutation test of the mean difference, two-sided: signs of differences at random.
+
+    Unlike ranks it asks about the mean: where one is a little better in most pairs and far worse in a few, the two can
+    point to different sides. The same in every call; None for fewer than two pairs.
+    """
+    differences = x - y
+    if len(differences) < 2:
+        return None
+    if not differences.any():
+        return 1.0
+    found = stats.permutation_test(
+        (differences,),
+        np.mean,
+        permutation_type="samples",
+        vectorized=True,
+        n_resamples=_PERMUTATIONS,
+        rng=np.random.default_rng(0),
+    )
+    return float(found.pvalue)
 
 
 def _a12_interval(x: Values, y: Values) -> Interval | None:

@@ -37,6 +37,7 @@ class Study:
         name, title: of the experiment.
         arms: in the order of tables; the reference first.
         generations: after so many every evolved arm is looked at; 0 if none evolves or none has begun.
+        to_end: searches stop by their episodes: each is looked at where it ended, and `generations` is the most.
         outcomes: all results of the arms, comparable or not.
         missing: in words, what is planned or in other arms and not here.
         factors: settings in which its arms differ, of a sweep; an arm counts there only in the worlds where it has
@@ -50,6 +51,12 @@ class Study:
     outcomes: tuple[Outcome, ...]
     missing: tuple[str, ...]
     factors: tuple[Factor, ...] = ()
+    to_end: bool = False
+
+    @property
+    def when(self) -> str:
+        """At which moment of their searches arms are compared."""
+        return "where each search ended" if self.to_end else f"after {self.generations} generations"
 
     @property
     def reference(self) -> str:
@@ -96,7 +103,9 @@ class Study:
         for seed in self.seeds(cell, BEST) if by_seed else ():
             one = by_seed[seed]
             flat = np.full(self.generations, self.figures(arm, cell, BEST)[seed])
-            curves.append(one.curve[: self.generations] if one.evolves else flat)
+            if one.evolves:
+                flat[: len(one.curve)] = one.curve[: self.generations]
+            curves.append(flat)
         return np.array(curves, dtype=np.float64)
 
     def failed_deployments(self, arm: str, cell: Cell) -> float | None:
@@ -112,11 +121,9 @@ class Study:
     @cached_property
     def _figures(self) -> dict[str, dict[tuple[str, Cell], dict[int, float]]]:
         found: dict[str, dict[tuple[str, Cell], dict[int, float]]] = {BEST: {}, FRESH: {}}
+        at = None if self.to_end else self.generations
         for one in self.outcomes:
-            for metric, value in (
-                (BEST, one.best(self.generations)),
-                (FRESH, one.fresh_after(self.generations)),
-            ):
+            for metric, value in ((BEST, one.best(at)), (FRESH, one.fresh_after(at))):
                 if value is not None:
                     found[metric].setdefault((one.arm, one.cell), {})[one.seed] = value
         return found
@@ -222,15 +229,19 @@ def _study(
     varied: tuple[Factor, ...] = (),
 ) -> Study:
     own = tuple(one for one in outcomes if one.arm in arms)
+    to_end = generations is None and any(one.settings.search.episodes is not None for one in own if one.evolves)
     count = generations if generations is not None else _shared_generations(arms, own)
+    if to_end:
+        count = max(len(one.curve) for one in own)
     return Study(
         name=name,
         title=title,
         arms=tuple(arms),
         generations=count,
         outcomes=own,
-        missing=tuple(_missing(arms, own, count, worlds=not varied)),
+        missing=tuple(_missing(arms, own, None if to_end else count, worlds=not varied)),
         factors=varied,
+        to_end=to_end,
     )
 
 
@@ -242,7 +253,7 @@ def _shared_generations(arms: Sequence[str], outcomes: Sequence[Outcome]) -> int
     return min((len(one.curve) for one in begun if one.evolves and (one.cell in shared or not shared)), default=0)
 
 
-def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int, *, worlds: bool) -> list[str]:
+def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int | None, *, worlds: bool) -> list[str]:
     """What keeps the comparison from being whole, each in a line; `worlds`: the paper's eight belong to it."""
     lines: list[str] = []
     by_place = {(one.arm, one.cell, one.seed): one for one in outcomes}
@@ -261,8 +272,11 @@ def _missing(arms: Sequence[str], outcomes: Sequence[Outcome], generations: int,
     return lines
 
 
-def _unfinished(where: str, outcomes: Sequence[Outcome], generations: int, of: int) -> list[str]:
+def _unfinished(where: str, outcomes: Sequence[Outcome], generations: int | None, of: int) -> list[str]:
     lines = _told(where, "not begun", [one.seed for one in outcomes if _not_begun(one)], of)
+    if generations is None:
+        going = [one.seed for one in outcomes if not _not_begun(one) and one.fresh_after(None) is None]
+        return lines + _told(where, "not ended", going, of)
     short = [one for one in outcomes if one.evolves and 0 < len(one.curve) < one.planned]
     if short:
         fewest, most = min(len(one.curve) for one in short), max(len(one.curve) for one in short)

@@ -97,7 +97,7 @@ def descriptions_table(study: Study) -> Table:
             place.title, arm_title(arm), one.count, one.mean, one.sd, one.interval, one.bootstrap, one.successful,
             *beside, printed_mean(study.name, arm, place.name),
         ))  # fmt: skip
-    return Table(f"{study.title}: fitness after {study.generations} generations", header, tuple(rows))
+    return Table(f"{study.title}: fitness {study.when}", header, tuple(rows))
 
 
 def comparisons_table(study: Study, metric: str) -> Table:
@@ -135,7 +135,7 @@ def failures_table(study: Study) -> Table:
         "world", "arm", "best n", "failed by best", "Wilson 90", "fresh n", "failed by fresh", "fresh Wilson 90",
         "failed single deployments",
     )  # fmt: skip
-    return Table(f"{study.title}: failures after {study.generations} generations", header, tuple(rows))
+    return Table(f"{study.title}: failures {study.when}", header, tuple(rows))
 
 
 def _failed(one: Description | None) -> Row:

@@ -99,8 +99,11 @@ def feature_list(channels: int) -> tuple[Feature, ...]:
     )
 
 
-def features(view: View) -> jax.Array:
-    """What each agent observes as one vector: float32 [F, n, ...], entries as `feature_list` says."""
+def features(view: View, channels: int | None = None) -> jax.Array:
+    """What each agent observes as one vector: float32 [F, n, ...], entries as `feature_list` says.
+
+    channels: of these many channels, the first; None is all that there are.
+    """
     state, net = view.state, view.radio.network_range
     n = state.x.shape[0]
     most = np.float32(10)
@@ -111,7 +114,7 @@ def features(view: View) -> jax.Array:
     def flag(true: jax.Array) -> jax.Array:
         return true.astype(jnp.float32)
 
-    decibels = np.float32(10 / np.log2(10.0)) * jnp.log2(state.interference / view.radio.sensitivity)
+    decibels = np.float32(10 / np.log2(10.0)) * jnp.log2(state.interference[:channels] / view.radio.sensitivity)
     others = jnp.sum(view.heard[:n].astype(jnp.float32), axis=0) - flag(view.heard[np.arange(n), np.arange(n)])
     time = state.t.astype(jnp.float32) / jnp.maximum(view.arena.time_limit, np.int32(1)).astype(jnp.float32)
     ahead = jnp.sqrt(view.arena.estimate_x**2 + view.arena.estimate_y**2)

@@ -31,6 +31,6 @@ def part():
 
 def test_parts_that_are_registered_are_among_the_accepted(part):
     [row] = [row for row in settings_table() if row.name == "search.name"]
-    assert row.names == ("slcs2", "random", "informed", "mine")
-    assert row.accepted == "one of slcs2, random, informed, mine, or a name that plugins= brings"
-    assert "(slcs2, random, informed, mine)" in settings_help()
+    assert row.names == ("slcs2", "random", "informed", "starters", "mine")
+    assert row.accepted == "one of slcs2, random, informed, starters, mine, or a name that plugins= brings"
+    assert "(slcs2, random, informed, starters, mine)" in settings_help()

@@ -71,7 +71,7 @@ def test_worlds_without_walls_are_not_parted(built):
     open_world = dataclasses.replace(SETTINGS, world=World.preset("open"))
     everybody = tasks(3 * module.LEAST_TASKS)
     for task in everybody:
-        task.site = dataclasses.replace(task.site, scenario=make_scenario(open_world, 0))
+        task.site = dataclasses.replace(task.site, scenarios=(make_scenario(open_world, 0),))
     assert len(built(everybody)) == 1
 
 

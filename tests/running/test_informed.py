@@ -131,3 +131,60 @@ def test_a_checkpoint_has_room_for_the_deployments_of_finals(tmp_path):
         for change in ({}, {"name": "slcs2"})
     ]
     assert limits[0] - limits[1] > 2 * 5 * 999 * 20 * 3 * 800
+
+
+def test_distinct_rules_that_can_hold(tmp_path):
+    def run(name: str, generations: int = 10) -> slcs2.Settings:
+        wanted = settings(tmp_path / name, generations=generations)
+        return dataclasses.replace(wanted, rules=slcs2.Rules(rules=60, distinct=True), instances=1)
+
+    slcs2.evolve(run("once"))
+    slcs2.evolve(run("further", 5))
+    slcs2.evolve(run("further"))
+    assert results(tmp_path / "further") == results(tmp_path / "once")
+    best = slcs2.read_run(tmp_path / "once").best(0)
+    fresh = best.origin_kind < 2
+    for agent, ids in enumerate(best.rules.ids()):
+        assert len(set(ids[fresh[agent]].tolist())) == fresh[agent].sum()
+    few = tmp_path / "few.bnf"
+    few.write_text("<rule> ::= packet held => collect from source | no packet held => send to si\n")
+    wanted = dataclasses.replace(run("none"), rules=slcs2.Rules(rules=3, distinct=True, grammar=str(few)))
+    wanted = dataclasses.replace(wanted, knowledge=Knowledge())
+    with pytest.raises(InputError, match=r"rules\.distinct=true: accepted is a grammar with at least 3"):
+        slcs2.evolve(wanted)
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_list_of_knowledge_is_kept_with_the_run(tmp_path, capfd):
+    rules = tmp_path / "mine.txt"
+    rules.write_text("packet held => send to si\nno packet held => collect from source  # mine\n")
+
+    def run(name: str, generations: int = 10) -> slcs2.Settings:
+        return settings(tmp_path / name, knowledge={"rules": str(rules)}, generations=generations)
+
+    slcs2.evolve(run("once"))
+    slcs2.evolve(run("further", 5))
+    assert (tmp_path / "further" / "knowledge.txt").read_text() == rules.read_text()
+    rules.write_text("packet held => send to si\n")
+    with pytest.raises(InputError, match=r"knowledge\.rules=.*mine\.txt: is not what it was when the run"):
+        slcs2.evolve(run("further"))
+    rules.unlink()
+    slcs2.evolve(run("further"))
+    assert results(tmp_path / "further") == results(tmp_path / "once")
+    assert cli.main(["repeat", str(tmp_path / "once")]) == 0
+    assert "it came to the same" in capfd.readouterr().out
+    with (tmp_path / "once" / "knowledge.txt").open("a") as file:
+        file.write("# another line\n")
+    assert cli.main(["repeat", str(tmp_path / "once")]) == 2
+    assert "knowledge.txt: not the list of knowledge that the run was started with" in capfd.readouterr().err
+
+
+def test_the_search_that_evolve_is_given_brings_its_parts(tmp_path):
+    plain = dataclasses.replace(settings(tmp_path / "run"), search=slcs2.Search(generations=20, fresh_deployments=1))
+    plain = dataclasses.replace(plain, knowledge=Knowledge(), instances=1)
+    slcs2.evolve(plain, search="informed")
+    made = slcs2.read_run(tmp_path / "run").settings
+    assert (made.search.name, made.search.racing, made.knowledge.mode) == ("informed", True, "reflex")
+    without = dataclasses.replace(made, knowledge=Knowledge(), run_dir=str(tmp_path / "without"))
+    slcs2.evolve(without, search="informed")  # it is that already: nothing is brought back
+    assert slcs2.read_run(tmp_path / "without").settings.knowledge.mode == "none"

@@ -224,3 +224,85 @@ def test_it_goes_with_other_parts(make, values):
     while not search.finished:
         step(search)
     assert search.best.evaluation.deployments >= 3
+
+
+def test_episodes_end_with_one_final(make):
+    search = search_of(make, episodes=60, generations=500)
+    rounds = []
+    while not search.finished:
+        [solution] = search.ask()
+        final = search._turn(solution.generation)
+        rounds.append(final)
+        if final is None:
+            assert search.episodes + 18 < 60  # (4 + 2) finalists, 3 deployments each
+        step(search)
+    assert rounds[-6:] == [(4, 0), (4, 1), (4, 2), (4, 3), (2, 0), (2, 1)]
+    assert all(one is None for one in rounds[:-6])
+    assert 60 <= search.episodes < 60 + 6
+    assert search.best.evaluation.deployments >= 4
+
+
+@pytest.mark.parametrize("batch", [1, 4])
+@pytest.mark.parametrize("early", [1, 3, 8])
+def test_a_resumed_search_ends_by_its_episodes_alike(make, batch, early):
+    values = {"episodes": 60, "generations": 500, "batch": batch}
+    search = search_of(make, **values)
+    while search.episodes < 60 - 18 and search.generation < 500:
+        step(search, batch)
+    for _ in range(early):
+        if not search.finished:
+            search = again(search)
+            step(search, batch)
+    at_once = search_of(make, **values)
+    while not at_once.finished:
+        step(at_once, batch)
+    while not search.finished:
+        search = again(search)
+        step(search, batch)
+    assert (search.generation, search.episodes) == (at_once.generation, at_once.episodes)
+    assert search.best.solution.equals(at_once.best.solution)
+
+
+WORLDS = {"worlds": 6, "kinds": 3}
+
+
+def through_worlds(make, *, kind=Informed, **values):
+    search = search_of(make, kind=kind, **values)
+    return kind(dataclasses.replace(search.problem, **WORLDS))
+
+
+@pytest.mark.parametrize("stop", [0, 3, 5, 9, 11, 12, 19])
+def test_a_search_through_worlds_goes_on_exactly(make, stop):
+    search = through_worlds(make)
+    for _ in range(stop):
+        step(search)
+    search.ask()
+    resumed, counts = again(search), []
+    while not search.finished:
+        assert [repr(one) for one in step(resumed)] == [repr(one) for one in step(search)]
+    assert resumed.best.fitness == search.best.fitness
+    assert resumed.episodes == search.episodes
+    counts = [member.evaluation.deployments for member in search.members]
+    assert search.best.evaluation.offset is None
+    assert search.best.evaluation.deployments % 6 == 0
+    assert search.best.evaluation.deployments >= 12  # in a final, too
+    assert min(counts) >= 3
+
+
+def test_candidates_that_lose_in_some_worlds_are_spared_the_rest(make):
+    search, alone = through_worlds(make, final_every=120, generations=120), through_worlds(make, racing=False)
+    while search.generation < 100:
+        step(search)
+    assert 100 * 3 < search.episodes < 100 * 5
+    while not alone.finished:
+        step(alone)
+    assert alone.episodes == 24 * 6
+
+
+def test_another_number_of_worlds_is_refused(make):
+    from slcs2_jax.config import InputError
+
+    search = through_worlds(make)
+    step(search)
+    with pytest.raises(InputError, match="the state is that of a run in 6 worlds"):
+        search_of(make).restore(search.state())

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slcs2_jax.grammar import rule_ids
-from slcs2_jax.search import Origin, offspring
+from slcs2_jax.grammar import load_grammar, random_rules, rule_ids
+from slcs2_jax.search import Origin, RuleSupply, offspring
 from slcs2_jax.search.offspring import (
     donor_weights,
     draw_exchange,
@@ -224,3 +224,29 @@ def test_the_first_places_stay_and_give_nothing_to_the_rest(make):
             np.testing.assert_array_equal(child.ids[1, taken], parent.ids[donor, best])
         copied += taken.size
     assert copied > 30
+
+
+def test_distinct_rules_are_new_to_their_agents(make):
+    parent, evaluation = make.solution(agents=4, rules=90), make.evaluation(0.3, (0, 0, 1, 9), rules=90)
+    main = load_grammar("main")
+
+    def child(distinct: bool):
+        return offspring(
+            parent,
+            evaluation,
+            explorations=0,
+            generation=1,
+            varrho=100.0,
+            exchange=True,
+            supply=RuleSupply(lambda count, rng: random_rules(main, count, rng), np.random.SeedSequence(1)),
+            rng=np.random.default_rng(0),
+            distinct=distinct,
+        )
+
+    def doubles(made) -> int:
+        fresh = (made.origin_generation == 1) & (made.origin_kind == Origin.RANDOM)
+        rows = zip(made.ids.tolist(), fresh.tolist(), strict=True)
+        return sum(ids.count(one) > 1 for ids, new in rows for one, is_new in zip(ids, new, strict=True) if is_new)
+
+    assert doubles(child(False)) > 0
+    assert doubles(child(True)) == 0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 
+import numpy as np
 import pytest
 
 from slcs2_jax.search import Race
-from slcs2_jax.search.trial import raced
+from slcs2_jax.search.trial import WorldRace, raced
 
 LIMITS = {"min_deployments": 1, "max_redeployments": 3}
 
@@ -50,3 +51,44 @@ def test_the_searchs_race_is_against_its_best_with_the_noise_measured(make):
         race = search.trial(search.ask()[0])
         race.add(0, make.deployment(fitness, (1, 0, 0), rules=8))
         assert race.complete is done
+
+
+RIVAL = np.array([0.8, 0.4, -0.2, 0.6])
+
+
+def through(make, fitnesses, *, rival=RIVAL, margin=0.2, kinds=2):
+    trial = WorldRace(rival=rival, margin=margin, kinds=kinds, worlds=4, name="run")
+    made = 0
+    while not trial.complete:
+        for index in trial.wanted():
+            trial.add(index, make.deployment(fitnesses[index]))
+            made += 1
+    assert made == trial.result().deployments
+    return trial.result()
+
+
+def test_worlds_are_compared_one_by_one(make):
+    poor = through(make, [0.6, 0.2])  # -0.2 and -0.2: -0.2 + 0.2 / sqrt(2) < 0
+    assert poor.fitnesses == (0.6, 0.2)
+    assert poor.fitness == pytest.approx(RIVAL.mean() - 0.2)  # as much worse in the rest
+    lucky = through(make, [0.75, 0.38, -0.15, 0.55])  # hardly worse anywhere: to the end
+    assert lucky.offset is None
+    assert lucky.fitness == pytest.approx(np.mean([0.75, 0.38, -0.15, 0.55]))
+    late = through(make, [0.8, 0.3, -0.6])
+    assert late.deployments == 3
+    assert late.fitness == pytest.approx(RIVAL.mean() - 0.5 / 3)
+
+
+def test_each_kind_of_world_is_seen_and_without_a_rival_each_world(make):
+    assert through(make, [-1.0, -1.0, -1.0, -1.0], kinds=3).deployments == 3
+    assert through(make, [-1.0] * 4, rival=None).fitnesses == (-1.0,) * 4
+
+
+def test_speculation_changes_nothing(make):
+    fitnesses = [0.6, 0.2, 0.9, 0.9]
+    trial = WorldRace(rival=RIVAL, margin=0.2, kinds=2, worlds=4, name="run")
+    assert trial.wanted(0) == [0, 1]
+    assert trial.wanted(9) == [0, 1, 2, 3]
+    for index in (3, 1, 2, 0):
+        trial.add(index, make.deployment(fitnesses[index]))
+    assert trial.result().fitnesses == through(make, fitnesses).fitnesses

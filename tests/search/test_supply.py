@@ -7,6 +7,7 @@ import pytest
 
 from slcs2_jax.config import InputError
 from slcs2_jax.grammar import load_grammar, random_rules, rule_ids
+from slcs2_jax.grammar.grammar import parse_grammar
 from slcs2_jax.search import RuleSupply
 from slcs2_jax.search.supply import BLOCK
 
@@ -52,3 +53,22 @@ def test_it_supplies_the_rules_of_a_grammar():
     taken = supply.take(100)
     assert taken["mask"].any(axis=1).all()
     assert len(np.unique(rule_ids(taken["mask"], taken["action"]))) > 50
+
+
+def test_distinct_rules_are_those_that_come_first(make):
+    plain, distinct = make.supply(1).take(3000), make.supply(1)
+    ids = rule_ids(plain["mask"], plain["action"])
+    first = list(dict.fromkeys(ids.tolist()))
+    others = set(first[:10])
+    taken = distinct.take_distinct(400, others)
+    found = rule_ids(taken["mask"], taken["action"]).tolist()
+    assert len(set(found)) == 400
+    assert found == [one for one in first if one not in others][:400]
+
+
+def test_a_source_of_too_few_rules_is_refused():
+    grammar = parse_grammar("<rule> ::= packet held => collect from source | no packet held => send to si\n")
+    supply = RuleSupply(lambda count, rng: random_rules(grammar, count, rng), np.random.SeedSequence(0))
+    assert len(supply.take_distinct(2)["action"]) == 2
+    with pytest.raises(InputError, match=r"accepted is a grammar with at least 3 different rules"):
+        supply.take_distinct(3)

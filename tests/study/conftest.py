@@ -68,7 +68,8 @@ class Maker:
                 env_steps=1000,
                 fresh_failed=failed,
             )
-            summary = RunSummary(run_dir="", generations=len(best), instances=(one,), env_steps_per_second=500.0)
+            asked = settings.search.generations
+            summary = RunSummary(run_dir="", generations=asked, instances=(one,), env_steps_per_second=500.0)
             folder.write_timing(summary.timing())
             folder.write_summary(summary.to_json())
         return folder.path

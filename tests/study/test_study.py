@@ -150,3 +150,24 @@ def test_curves(make):
     np.testing.assert_allclose(one.curves("designed", OPEN), [[0.5, 0.5], [-1.0, -1.0]])
     assert one.comparisons(FRESH) == {}
     assert one.comparisons(BEST)[Contest("designed", OPEN)].difference == pytest.approx(0.3 - -0.25)
+
+
+def test_searches_that_stop_by_their_episodes_are_looked_at_where_they_ended(make):
+    budget = {"search": {"episodes": 150}}
+    for seed, best in enumerate([[0.1, 0.2, 0.5], [0.3], [0.1, 0.4]]):
+        make.evolved("slcs2", "open_short", seed, best, fresh=best[-1] - 0.1, planned=500, **budget)
+        if seed < 2:
+            make.evolved("ailta", "open_short", seed, [0.0, 0.05 * seed], fresh=-0.1, planned=500, **budget)
+    make.evolved("ailta", "open_short", 2, [0.0, 0.3], planned=500, **budget)
+    make.designed("open_short", 0, [0.2, 0.4])
+    arms = {"budget": ("Budget", ("slcs2_150_episodes", "ailta_150_episodes"))}
+    [one, _] = studies(collect(make.root), arms | EXPERIMENTS)
+    assert (one.name, one.arms, one.to_end) == ("budget", arms["budget"][1], True)
+    assert one.generations == 3
+    assert list(one.sample("slcs2_150_episodes", OPEN, BEST)) == [0.5, 0.3]
+    assert list(one.sample("slcs2_150_episodes", OPEN, FRESH)) == pytest.approx([0.4, 0.2])
+    assert one.curves("slcs2_150_episodes", OPEN).tolist() == [[0.1, 0.2, 0.5], [0.3, 0.3, 0.3]]
+    assert "no novelty (AILTA), 150 episodes, short open: not ended (seed 2)" in one.missing
+    assert not any("generation" in line for line in one.missing)
+    [early, _] = studies(collect(make.root), arms | EXPERIMENTS, generations=1)
+    assert list(early.sample("slcs2_150_episodes", OPEN, BEST)) == [0.1, 0.3, 0.1]

@@ -7,6 +7,7 @@ import pytest
 
 from slcs2_jax.grammar import vocabulary
 from slcs2_jax.grammar.vocabulary import PAPER
+from slcs2_jax.swarm.observation import feature_list, features
 
 MARGIN = 2e-3  # m; nearer to a decision than a millimetre, rounding must not matter, and single precision may differ
 P_RS = 10**-8.2
@@ -210,3 +211,13 @@ def test_the_operands_are_offered_to_other_policies_too(make):
             for k, name in enumerate(names):
                 expected = operand(name, view, state, physics)
                 assert float(table[k][i]) == pytest.approx(np.inf if expected is None else expected, rel=1e-5)
+
+
+def test_figures_of_fewer_channels_are_those_that_these_have(make):
+    physics = make.physics()
+    state, links, arena = make.view(np.random.default_rng(3))
+    view = make.see(state, links, arena, physics).view
+    every = dict(zip((one.name for one in feature_list(3)), features(view), strict=True))
+    for count in (1, 2):
+        names = [one.name for one in feature_list(count)]
+        np.testing.assert_array_equal(features(view, count), np.stack([every[name] for name in names]))

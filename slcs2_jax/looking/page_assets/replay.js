@@ -53,7 +53,7 @@ class Player {
     const every = frames > 1 ? moments[1] - moments[0] : 1;
     const step = (by) => element("button", { type: "button", "aria-label": `${Math.abs(by)} frame ${by < 0 ? "back" : "on"}`, click: () => this.show(this.frame + by) }, by < 0 ? "‹" : "›");
     return [
-      element("p", {}, `Fresh deployment ${this.one.deployment} of the best solution in its own world: fitness ${figure(fitness)}, ${steps.toLocaleString("en")} of ${time_limit.toLocaleString("en")} time-steps. ${every === 1 ? "Every time-step is shown" : `One time-step in ${every} is shown, with all that was sent since the one before`}.`),
+      element("p", {}, `${this.one.of ?? `Fresh deployment ${this.one.deployment} of the best solution in its own world`}: fitness ${figure(fitness)}, ${steps.toLocaleString("en")} of ${time_limit.toLocaleString("en")} time-steps. ${every === 1 ? "Every time-step is shown" : `One time-step in ${every} is shown, with all that was sent since the one before`}.`),
       element("div", { class: "tools" }, this.button, step(-1), step(1), this.slider, this.speed, this.time),
       this.canvas,
       this.legend(),

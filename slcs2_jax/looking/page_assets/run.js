@@ -65,7 +65,13 @@ function summarise(one, run) {
   const notes = [];
   if (!one.ended) notes.push(`This run has not ended: ${one.generations} of ${one.planned} generations.`);
   if (one.note) notes.push(one.note);
-  place("summary").replaceChildren(...notes.map((note) => element("p", { class: "note" }, note)), list, changed(run));
+  place("summary").replaceChildren(...notes.map((note) => element("p", { class: "note" }, note)), list, found(one), changed(run));
+}
+
+function found(one) {
+  if (!one.found.length) return "";
+  return element("section", { id: "found" }, element("h3", {}, "What it does"),
+    element("ul", {}, ...one.found.map((line) => element("li", {}, line))));
 }
 
 function changed(run) {

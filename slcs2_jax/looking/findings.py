@@ -1,0 +1,149 @@
+"""What winners do that their designer does not, in words: reflexes switched off, rules that act, how packets travel.
+
+n, R = agents, rules; K = rules of knowledge, in the first places of every rule-set.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slcs2_jax.config.escape import markdown_code
+from slcs2_jax.results import FinishedRun, SavedSolution
+
+_MOST_RULES = 6  # that are named
+_HARDLY, _MOSTLY = 1 / 3, 2 / 3  # shares of agents
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Findings:
+    """Of one solution, by the deployments that evaluated it.
+
+    Attributes:
+        reflexes: of each rule of knowledge, the share of agents in which it is a reflex; none without reflexes.
+        by_reflex: share of all that agents did that was a reflex's doing.
+        acting: of each other rule, the share of all that agents did that it brought about, the greatest first.
+        delivered: mean packets at the sink in the deployments of its generation; None where the row is not there.
+        carriers: agents that a delivered packet passes through, in the mean; None if nothing was delivered.
+        carrying: how many agents share the carrying: 1 / sum of squared shares, from 1 to n; None likewise.
+    """
+
+    reflexes: dict[str, float]
+    by_reflex: float
+    acting: dict[str, float]
+    delivered: float | None
+    carriers: float | None
+    carrying: float | None
+
+
+def findings(solution: SavedSolution, run: FinishedRun | None = None, instance: int = 0) -> Findings:
+    """What is to be said of a solution; `run` and `instance` it comes from, for its row."""
+    rules, usage = solution.rules, solution.usage.astype(np.float64)
+    total = max(float(usage.sum()), 1.0)
+    flags = rules.reflex if rules.reflex is not None else np.zeros(usage.shape, bool)
+    known = _known(solution)
+    places = {rules.text(0, place): float(flags[:, place].mean()) for place in range(known)}
+    acting: Counter[str] = Counter()
+    for agent, place in np.argwhere((usage > 0) & ~flags).tolist():
+        acting[rules.text(agent, place)] += usage[agent, place]
+    row = _row(solution, run, instance)
+    contribution = np.array(row["contribution"] if row else solution.contribution, np.float64)
+    delivered = None if row is None else float(row["delivered"])
+    moved = contribution.sum()
+    return Findings(
+        reflexes=places if rules.reflex is not None else {},
+        by_reflex=float(usage[flags].sum()) / total,
+        acting={text: count / total for text, count in acting.most_common()},
+        delivered=delivered,
+        carriers=float(moved / delivered) if delivered else None,
+        carrying=float(moved**2 / (contribution**2).sum()) if moved else None,
+    )
+
+
+def _known(solution: SavedSolution) -> int:
+    """K: the first places in which all agents have the same rule; 0 without reflexes."""
+    if solution.rules.reflex is None:
+        return 0
+    ids = solution.rules.ids()
+    same = (ids == ids[:1]).all(axis=0)
+    return int(np.argmin(same)) if not same.all() else len(same)
+
+
+def _row(solution: SavedSolution, run: FinishedRun | None, instance: int) -> dict[str, Any] | None:
+    place = instance, solution.generation
+    rows = () if run is None else run.rows
+    return next((row for row in rows if (row["instance"], row["generation"]) == place), None)
+
+
+def in_words(found: Findings, agents: int) -> list[str]:
+    """A sentence or two for each of the three, for people."""
+    lines = []
+    if found.reflexes:
+        off = [text for text, share in found.reflexes.items() if share == 0]
+        on = [text for text, share in found.reflexes.items() if share == 1]
+        some = {text: round(share * agents) for text, share in found.reflexes.items() if 0 < share < 1}
+        lines.append(f"Reflexes in every agent: {'; '.join(on) or 'none'}.")
+        if off:
+            lines.append(f"The designer's rules that are a reflex of nobody: {'; '.join(off)}.")
+        if some:
+            told = "; ".join(f"{text} ({count} of {agents})" for text, count in some.items())
+            lines.append(f"In some agents: {told}.")
+        lines.append(f"Reflexes did {found.by_reflex:.0%} of all that was done, learned rules the rest.")
+    most = list(found.acting.items())[:_MOST_RULES]
+    if most:
+        told = "; ".join(f"{text} ({share:.1%})" for text, share in most)
+        lines.append(f"Of the rules that are chosen by what they learnt, these acted most: {told}.")
+    if found.carriers is not None and found.carrying is not None:
+        lines.append(
+            f"A delivered packet passed through {found.carriers:.1f} agents in the mean; the carrying was shared as if "
+            f"{found.carrying:.1f} of {agents} agents did it alike."
+        )
+    return lines
+
+
+def group_words(several: Sequence[Findings]) -> list[str]:
+    """The same of many winners in one kind of world, in Markdown: what most of them have in common."""
+    lines = []
+    with_reflexes = [one.reflexes for one in several if one.reflexes]
+    if with_reflexes:
+        means = reflex_shares(several)
+        off = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share < _HARDLY]
+        on = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share > _MOSTLY]
+        lines.append(f"Reflexes in most agents: {'; '.join(on) or 'none'}.")
+        lines.append(f"Switched off in most agents: {'; '.join(off) or 'none'}.")
+    acting = acting_shares(several)[:_MOST_RULES]
+    if acting:
+        told = "; ".join(
+            f"{markdown_code(text)} ({share:.1%}, {count} of {len(several)})" for text, share, count in acting
+        )
+        lines.append(f"Learned rules that act most (share of all acts, winners in which they act): {told}.")
+    carriers = [one.carriers for one in several if one.carriers is not None]
+    carrying = [one.carrying for one in several if one.carrying is not None]
+    if carriers and carrying:
+        lines.append(
+            f"Packets pass through {np.mean(carriers):.1f} agents in the mean; carrying is shared as if "
+            f"{np.mean(carrying):.1f} agents did it alike."
+        )
+    return lines
+
+
+def reflex_shares(several: Sequence[Findings]) -> dict[str, float]:
+    """Of each rule of knowledge, the mean share of agents in which it is a reflex, over winners that have reflexes."""
+    known = [one.reflexes for one in several if one.reflexes]
+    texts = list(dict.fromkeys(text for one in known for text in one))
+    return {text: float(np.mean([one.get(text, 0.0) for one in known])) for text in texts}
+
+
+def acting_shares(several: Sequence[Findings]) -> list[tuple[str, float, int]]:
+    """Rules that are chosen by what they learnt: mean share of all acts, and in how many winners it acts."""
+    total: Counter[str] = Counter()
+    count: Counter[str] = Counter()
+    for one in several:
+        for text, share in one.acting.items():
+            total[text] += share  # type: ignore[assignment]
+            count[text] += 1
+    return [(text, share / len(several), count[text]) for text, share in total.most_common()]

@@ -1,0 +1,202 @@
+"""Training by a search: on train seeds, chosen on validation seeds, each training a run of its own that resumes.
+
+Training r of an entry for a world evolves in the world of train seed r, as the paper's searches do. Its candidates, the
+best and the fittest that it held on to at its end, are then deployed in the validation worlds; the fittest there is the
+artefact. Nothing of the test worlds is looked at.
+
+ROOT/runs/ENTRY/WORLD/training_R is the run's folder, ROOT/artefacts/ENTRY/WORLD/training_R.npz the artefact, and beside
+it training_R.json says what was spent and how the candidates fared.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slcs2_jax import runtime
+from slcs2_jax.config import Compute, InputError, Settings
+from slcs2_jax.config.door import present
+from slcs2_jax.results import Report, SavedSolution, read_run
+from slcs2_jax.results.documents import read_document, write_document
+from slcs2_jax.results.files import storing
+from slcs2_jax.running import driver
+from slcs2_jax.running.evaluator import Evaluator
+from slcs2_jax.suite.entries import Entry
+from slcs2_jax.suite.measured import make_folders
+from slcs2_jax.suite.worlds import SuiteWorld
+
+CANDIDATES = 8  # of a training, that are deployed in the validation worlds
+KIND, VERSION = "suite training", 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training:
+    """One training that is to be made, or was.
+
+    number: from 0; also that of its train seed. settings: of its run, with its folder.
+    """
+
+    entry: Entry
+    world: SuiteWorld
+    number: int
+    root: Path
+    settings: Settings
+
+    @property
+    def folder(self) -> Path:
+        """Of its artefact and of what is said about it."""
+        return self.root / "artefacts" / self.entry.name / self.world.name
+
+    @property
+    def artefact(self) -> Path:
+        """The file of what was chosen."""
+        return self.folder / f"training_{self.number}.npz"
+
+    @property
+    def record(self) -> Path:
+        """The file that says what was spent."""
+        return self.folder / f"training_{self.number}.json"
+
+
+def plan(
+    entry: Entry,
+    worlds: Sequence[SuiteWorld],
+    root: Path,
+    *,
+    compute: Compute,
+    trainings: int | None = None,
+    episodes: int | None = None,
+) -> list[Training]:
+    """All trainings of an entry for these worlds.
+
+    trainings: how many for each world; by default as the suite says. episodes: in place of the budget, for a trial.
+
+    Raises InputError for an entry that is not trained, or a setting that does not fit.
+    """
+    if not entry.trained:
+        raise InputError(f"entry={entry.name}: is not trained; accepted is one that is: slcs2 suite list says which")
+    found = []
+    for world in worlds:
+        for number in range(world.trainings if trainings is None else trainings):
+            seed = world.seeds_of("train")[number]
+            budget = world.episodes if episodes is None else episodes
+            settings = world.settings(seed, {**(entry.settings or {}), **_budget(entry, budget)})
+            folder = root / "runs" / entry.name / world.name / f"training_{number}"
+            settings = dataclasses.replace(settings, run_dir=str(folder), compute=compute)
+            found.append(Training(entry=entry, world=world, number=number, root=root, settings=settings))
+    return found
+
+
+def _budget(entry: Entry, episodes: int) -> dict[str, Any]:
+    """So many deployments; a generation takes one at least, so that there can be no more generations."""
+    settings = entry.settings or {}
+    step = int(settings.get("search.batch", 1))
+    if settings.get("search.name") == "informed":
+        step = int(settings.get("search.final_every", 1))
+    generations = max(step, -(-episodes // step) * step)
+    return {"generations": generations, "search.episodes": episodes, "search.fresh_deployments": 1}
+
+
+def train(trainings: Sequence[Training], report: Report) -> list[Path]:
+    """Make all that are missing, together where they can share a batch, then choose; the artefacts that were made.
+
+    Raises InputError if a world's checksum differs, or a folder holds something else; StorageError; Stopped, everything
+    saved, so that the same call goes on.
+    """
+    for world in {one.world.name: one.world for one in trainings}.values():
+        world.check()
+    going = [one for one in trainings if not _made(one)]
+    if not going:
+        return []
+    for one in going:
+        make_folders(one.root, Path(str(one.settings.run_dir)).parent)
+    runtime.configure(going[0].settings.compute)
+    driver.evolve([one.settings for one in going], report=report)
+    evaluators: dict[str, Evaluator] = {}  # kept, so that a world's program is compiled once
+    for one in going:
+        report.note(f"{one.entry.name}, {one.world.name}, training {one.number}: choosing by the validation worlds")
+        settings = dataclasses.replace(one.settings, run_dir=None)
+        _choose(one, evaluators.setdefault(one.world.name, Evaluator(settings)))
+    return [one.artefact for one in going]
+
+
+def _made(training: Training) -> bool:
+    """Is its artefact there? Raises InputError if it is that of another configuration."""
+    if not (present(training.artefact) and present(training.record)):
+        return False
+    said = read_record(training.record)
+    expected = (training.entry.digest, training.world.sha256, training.settings.search.episodes)
+    if (said["digest"], said["sha256"], said["budget"]) != expected:
+        raise InputError(
+            f"{training.artefact}: was trained by another configuration, for other worlds or with another "
+            "budget; accepted is another run_dir"
+        )
+    return True
+
+
+def read_record(path: Path) -> dict[str, Any]:
+    """What was spent on an artefact. Raises InputError naming the file if it is damaged."""
+    try:
+        with storing(path, "read"):
+            said = read_document(path, KIND, VERSION)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    numbers = ("budget", "episodes", "env_steps", "validation_episodes", "validation_env_steps")
+    texts = all(isinstance(said.get(name), str) for name in ("digest", "sha256"))
+    if not texts or not all(type(said.get(name)) is int and said[name] >= 0 for name in numbers):
+        raise InputError(f"{path}: is not what training leaves")
+    return said
+
+
+def candidates(settings: Settings) -> list[SavedSolution]:
+    """The best solution of a run that has ended, and the fittest others that it held on to at its end."""
+    run = read_run(str(settings.run_dir))
+    best = run.best(0)
+    others = [one for one in run.members(0) if one.generation != best.generation]
+    others.sort(key=lambda one: (-one.fitness, one.generation))
+    return [best, *others[: CANDIDATES - 1]]
+
+
+def _choose(training: Training, evaluator: Evaluator) -> None:
+    """Deploy the candidates once in each validation world, and save the fittest and what was spent."""
+    world = training.world
+    held = candidates(training.settings)
+    found = evaluator(held, [world.scenario(seed) for seed in world.seeds_of("validation")])
+    fitness = found.fitness[:, :, 0]  # [candidates, worlds]
+    chosen = int(np.argmax(fitness.mean(axis=1)))  # of equals the fitter in training
+    make_folders(training.root, training.folder)
+    summary = read_run(str(training.settings.run_dir)).summary or {}
+    [instance] = summary["instances"]
+    bare(held[chosen]).save(training.artefact, inside=training.root)
+    content = {
+        "digest": training.entry.digest,
+        "sha256": world.sha256,
+        "budget": training.settings.search.episodes,
+        "episodes": instance["evaluations"],
+        "env_steps": instance["env_steps"],
+        "validation_episodes": int(fitness.size),
+        "validation_env_steps": int(found.steps.sum()),
+        "validation": [[round(float(value), 6) for value in row] for row in fitness],
+        "chosen": chosen,
+    }
+    write_document(training.record, KIND, VERSION, content, inside=training.root)
+
+
+def bare(solution: SavedSolution) -> SavedSolution:
+    """The same rules without what they had learnt and where they came from: what is deployed needs neither."""
+    shape = solution.rules.action.shape
+    return dataclasses.replace(
+        solution,
+        quality=np.zeros(shape, np.float32),
+        strength=np.zeros(shape, np.float32),
+        error=np.zeros(shape, np.float32),
+        usage=np.zeros(shape, np.int32),
+        origin_kind=None,
+        origin_generation=None,
+        origin_agent=None,
+    )

@@ -1,0 +1,54 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from slcs2_jax.config import InputError
+from slcs2_jax.learning.algorithms import kept, settings_of, train
+from slcs2_jax.learning.evolution_strategy import Strategy
+from slcs2_jax.learning.ippo import Ippo
+from tests.learning.tiny import TRAINED, ippo
+
+TINY = {
+    "ippo.episodes": 16,
+    "ippo.chunk": 50,
+    "ippo.unroll": 10,
+    "ippo.minibatches": 4,
+    "ippo.discount": 0.99,
+    "ippo.learning_rate": 3e-3,
+    "ippo.snapshot": 4000,
+    "network.hidden": [16],
+}
+
+
+def test_settings_are_given_by_name_and_are_the_defaults_otherwise():
+    assert settings_of("ippo", {}) == Ippo()
+    assert settings_of("strategy", {}) == Strategy()
+    wide = settings_of("strategy", {"strategy.population": 8, "network.recurrent": 5})
+    assert (wide.population, wide.network.recurrent, wide.network.sampled) == (8, 5, True)
+    assert settings_of("ippo", TINY) == dataclasses.replace(ippo())
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "changes", "message"),
+    [
+        ("dqn", {}, r"^algorithm=dqn: accepted is one of ippo, strategy$"),
+        ("ippo", {"strategy.worlds": 2}, r"^'?strategy.worlds'?: no such setting; accepted are ippo.episodes, "),
+        ("ippo", {"ippo.clip": 7}, r"^ippo.clip=7: accepted is a finite number from 0.0001 to 1$"),
+        ("ippo", {"network.hidden": []}, r"^network.hidden=\[\]: accepted is a list of 1 to 8 whole numbers"),
+    ],
+)
+def test_what_is_no_setting_is_refused_by_name(algorithm, changes, message):
+    with pytest.raises(InputError, match=message):
+        settings_of(algorithm, changes)
+
+
+def test_the_policies_kept_on_the_way_come_back_in_order(tmp_path):
+    last = train("ippo", TINY, TRAINED, seed=1, budget_env_steps=9000, folder=tmp_path)
+    found = kept(tmp_path)
+    steps = [step for step, _ in found]
+    assert len(steps) == 3
+    assert steps == sorted(steps)
+    assert 4000 <= steps[0] < steps[1] <= steps[2]
+    np.testing.assert_array_equal(found[-1][1].given["network"]["out"]["w"], last.given["network"]["out"]["w"])
+    assert (found[0][1].given["network"]["out"]["w"] != last.given["network"]["out"]["w"]).any()

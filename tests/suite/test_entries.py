@@ -1,0 +1,88 @@
+"""Entries: the suite's own can all be deployed, and a user's are taken or refused in one line."""
+
+from __future__ import annotations
+
+import pytest
+
+from slcs2_jax.config import InputError, Settings, settings_from
+from slcs2_jax.search.slcs2 import check_parts
+from slcs2_jax.suite.entries import EVOLVED, HAND_MADE, ORDER, YOURS, chosen, entry_named, shipped
+
+
+def test_every_field_takes_part():
+    fields = {name: entry.field for name, entry in shipped().items()}
+    assert tuple(fields) == ORDER
+    assert list(fields.values()).count(HAND_MADE) == list(fields.values()).count(EVOLVED) == 6
+    assert all(entry.title and entry.about for entry in shipped().values())
+
+
+@pytest.mark.parametrize("name", [name for name, entry in shipped().items() if not entry.trained])
+def test_hand_made_entries_are_rules_that_can_be_said(name):
+    entry = shipped()[name]
+    rules = entry.decision_list()
+    assert len(rules.rules) >= 3
+    assert entry.content.startswith("# ")
+
+
+@pytest.mark.parametrize("name", [name for name, entry in shipped().items() if entry.trained])
+def test_searches_are_settings_that_exist(name, tiny):
+    settings = tiny.worlds["few"].settings(tiny.worlds["few"].seeds_of("train")[0], shipped()[name].settings)
+    check_parts(settings.search)
+    assert settings.swarm == settings_from(dict(tiny.worlds["few"].stated)).swarm
+
+
+def test_slcs2_is_the_papers():
+    assert shipped()["slcs2"].settings == {}
+
+
+def test_a_users_list_is_an_entry(tmp_path):
+    file = tmp_path / "mine.txt"
+    file.write_text("# Mine: goes straight\npacket held => move toward sink\n")
+    entry = entry_named(str(file))
+    assert (entry.name, entry.title, entry.about, entry.field) == ("mine", "Mine", "goes straight", YOURS)
+    assert [one.name for one in chosen(f"designed,{file}")] == ["designed", "mine"]
+    before = entry.digest
+    file.write_text("packet held => move toward source\n")
+    assert entry_named(str(file)).digest != before
+
+
+def test_a_users_search_is_an_entry(tmp_path):
+    file = tmp_path / "greedy.yaml"
+    file.write_text("title: Greedy\nsettings: {acceptance: best, learning: {alpha_grasp: 0.0}}\n")
+    entry = entry_named(str(file))
+    assert entry.trained
+    assert entry.settings == {"acceptance": "best", "learning.alpha_grasp": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("designed.txt", "packet held => move toward sink", "entry=designed: accepted is another name"),
+        ("a b.txt", "packet held => move toward sink", "a name of letters"),
+        ("mine.yaml", "settings: {swarm: {agents: 3}}", "settings of search"),
+        ("mine.yaml", "settings: {search: {episodes: 3}}", "the suite gives it"),
+        ("mine.yaml", "settings: {search: {nothing: 3}}", "no such setting"),
+        ("mine.yaml", "settings: 3", "has title, about, settings"),
+        ("mine.yaml", "settings: {}\ncode: x", "has title, about, settings"),
+        ("mine.yaml", "[", "no YAML"),
+        ("mine.py", "", "entry=.*: accepted is one of direct_delivery"),
+    ],
+)
+def test_what_is_no_entry_is_one_line(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=said) as caught:
+        entry_named(str(tmp_path / name))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_not_there_is_one_line():
+    with pytest.raises(InputError, match=r"entry=nowhere\.txt: No such file"):
+        entry_named("nowhere.txt")
+
+
+def test_an_entry_changes_nothing_of_the_worlds():
+    usual = Settings()
+    for entry in shipped().values():
+        made = settings_from(dict(entry.settings or {}))
+        for section in ("world", "radio", "jammers", "swarm", "task"):
+            assert getattr(made, section) == getattr(usual, section)
