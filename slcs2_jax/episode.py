@@ -6,7 +6,7 @@ Pure functions of arrays whose last axis is the batch. ``rollout`` drives them i
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import chex
@@ -51,6 +51,11 @@ class Parameters:
         learning = LearningParameters.of(settings.learning)
         physics = Physics.of(settings, language)
         return cls(physics, learning, settings.swarm.sharing_period, policy or Classifier())
+
+
+def physical(settings: Settings) -> Hashable:
+    """What of the settings `Parameters` are made of."""
+    return (settings.radio, settings.swarm, settings.learning, settings.task, settings.world.wall_thickness)
 
 
 @jax.tree_util.register_dataclass

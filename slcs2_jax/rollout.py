@@ -11,8 +11,9 @@ import jax
 import numpy as np
 from numpy.typing import NDArray
 
+from slcs2_jax.config import Settings
 from slcs2_jax.config.errors import InputError
-from slcs2_jax.episode import Parameters, Result
+from slcs2_jax.episode import Parameters, Result, physical
 from slcs2_jax.native import choice
 from slcs2_jax.native.slots import NativeSlots
 from slcs2_jax.policy.policy import Figures
@@ -44,6 +45,7 @@ class Job:
         channels: indices of the channels that the policy uses.
         given: what `Policy.arrays` makes the policy's parameters of, of the same sizes in all jobs of a rollout.
         key: the episode's key, two 32-bit words.
+        settings: whose physical values it has; None for those of the rollout.
     """
 
     name: Hashable
@@ -51,6 +53,7 @@ class Job:
     channels: tuple[int, ...]
     given: Any
     key: tuple[np.uint32, np.uint32]
+    settings: Settings | None = None
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -92,7 +95,7 @@ class Rollout:
         """Set up vacant slots.
 
         Args:
-            parameters: of every episode.
+            parameters: of every episode, but that jobs may have values of their own where the native chunk computes.
             shape: static sizes.
             like: a deployment's `Policy.arrays`, for their structure, shapes and types.
             slots: how many, rounded up to whole ``LANES`` per device.
@@ -108,6 +111,7 @@ class Rollout:
         self.slot_steps = 0  # all steps computed, of lanes or slots without a job and finished episodes too
         self._periods = max(1, round(chunk / parameters.sharing_period))
         self._parameters, self._shape = parameters, shape
+        self._values: dict[Hashable, Parameters] = {}  # of jobs, by what they are made of
         self._jobs: list[Job | None] = [None] * self.slots
         self._like = [(leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(like)]
         arena, policies = _vacant(shape, like, self.slots)
@@ -139,7 +143,10 @@ class Rollout:
         return self._in.room(certain)
 
     def place(self, slot: int, job: Job) -> None:
-        """Give a vacant slot a job; it starts with the next ``advance``."""
+        """Give a vacant slot a job; it starts with the next ``advance``.
+
+        Where XLA computes the job's settings must have the rollout's values.
+        """
         policy, language = self._parameters.policy, self._parameters.physics.language
         arrays = policy.arrays(job.given, language)
         found = [(leaf.shape, leaf.dtype) for leaf in jax.tree.leaves(arrays)]
@@ -147,8 +154,21 @@ class Rollout:
             raise InputError(f"policy: its arrays are {found}; accepted are {self._like}, as the others have")
         shape = self._shape
         one = stack([job.scenario], [job.channels], capacity=shape.walls, width=shape.channels, jammers=shape.jammers)
-        self._in.place(slot, one, arrays, job.key)
+        if isinstance(self._in, NativeSlots):
+            self._in.place(slot, one, arrays, job.key, self._parameters_of(job))
+        else:
+            self._in.place(slot, one, arrays, job.key)
         self._jobs[slot] = job
+
+    def _parameters_of(self, job: Job) -> Parameters | None:
+        """The rollout's with a job's values, NumPy arrays; None if it brings none."""
+        if job.settings is None:
+            return None
+        origin = physical(job.settings)
+        if origin not in self._values:
+            values = jax.tree.map(np.asarray, jax.tree.leaves(Parameters.of(job.settings)))
+            self._values[origin] = jax.tree.unflatten(jax.tree.structure(self._parameters), values)
+        return self._values[origin]
 
     def cancel(self, slot: int) -> None:
         """Forget the job of a slot; what it computed is lost, and what it has yet to compute will not be."""

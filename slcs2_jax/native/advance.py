@@ -40,7 +40,10 @@ def advance(episode: Episode, parameters: Parameters, periods: int) -> Episode:
 
 
 def advance_in_place(episode: Episode, parameters: Parameters, periods: int, threads: int) -> None:
-    """``advance`` for NumPy arrays, C-contiguous and each with memory of its own; lane groups are shared by threads."""
+    """``advance`` for NumPy arrays, C-contiguous and each with memory of its own; lane groups are shared by threads.
+
+    Leaves of the parameters may have the batch as their last axis: each episode its own values.
+    """
     _call_in_place("slcs2_advance", episode, parameters, Sizes.of(episode, parameters, periods), threads)
 
 
@@ -53,7 +56,10 @@ def watch(episode: Episode, parameters: Parameters, periods: int) -> tuple[Episo
 
 
 def result(episode: Episode, parameters: Parameters) -> Result:
-    """``episode.result`` for a batch of episodes, by the native code; those of NumPy arrays are used up."""
+    """``episode.result`` for a batch of episodes, by the native code; those of NumPy arrays are used up.
+
+    Leaves of the parameters may have the batch as their last axis.
+    """
     policy, state = parameters.policy, episode.state
     figures: Figures | None
     if type(policy) is Classifier:

@@ -140,7 +140,7 @@ def notes_shapes(sizes: Sizes) -> dict[str, jax.ShapeDtypeStruct]:
 
 
 def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
-    """What a call reads."""
+    """What a call reads. Leaves of the parameters are those of all episodes, or [..., batch], each episode's own."""
     arena: Arena = episode.arena
     xp = arena.time_limit.__array_namespace__()  # NumPy or JAX
     walls = [getattr(side, name) for side in (arena.walls.vertical, arena.walls.horizontal)
@@ -153,12 +153,19 @@ def given_arrays(episode: Episode, parameters: Parameters) -> list[Any]:
         rules.action,
         xp.zeros(0, bool) if rules.reflex is None else rules.reflex,
         *_emitters(arena.emitters, xp),
-        xp.zeros(0, xp.int32) if failures is None else failures.times,
-        _scalars(parameters, xp),
+        xp.zeros(0, xp.int32) if failures is None else _of_each(failures.times, 1, arena, xp),
+        _values(parameters, arena, xp),
     ]
 
 
-def _scalars(parameters: Parameters, xp: Any) -> Any:
+def _of_each(value: Any, axes: int, arena: Arena, xp: Any) -> Any:
+    """A parameter of so many axes for each episode: [..., batch], if it is not so already."""
+    if value.ndim > axes:
+        return value
+    return xp.broadcast_to(value[..., None], (*value.shape, arena.time_limit.shape[0]))
+
+
+def _values(parameters: Parameters, arena: Arena, xp: Any) -> Any:
     physics = parameters.physics
     radio, failures = physics.radio, physics.swarm.failures
     sections = (
@@ -170,7 +177,8 @@ def _scalars(parameters: Parameters, xp: Any) -> Any:
     values = [getattr(section, name) for section, names in sections for name in names]
     fails = [np.float32(0) if failures is None else getattr(failures, name) for name in FAILURES]
     (fading,) = jax.tree.leaves(radio.fading) or [np.float32(0)]
-    return xp.stack([xp.asarray(value, xp.float32) for value in (fading, *values, *fails)])
+    every = (xp.asarray(value, xp.float32) for value in (fading, *values, *fails))
+    return xp.stack([_of_each(value, 0, arena, xp) for value in every])
 
 
 def _emitters(emitters: Emitters | None, xp: Any) -> list[Any]:

@@ -11,7 +11,7 @@ enum Given {
   SINK_X, SINK_Y, ESTIMATE_X, ESTIMATE_Y, JAMMER_X, JAMMER_Y, HAS_JAMMER, TIME_LIMIT, CHANNELS,
   VERTICAL_AT, VERTICAL_LOW, VERTICAL_HIGH, HORIZONTAL_AT, HORIZONTAL_LOW, HORIZONTAL_HIGH, CONDITION, ACTION,
   REFLEX, EXISTS, ROUTE_X, ROUTE_Y, EMISSION_KIND, MOTION_KIND, LEVEL, SPEED, DUTY, DWELL, FAILURES_AT,
-  PARAMETERS, GIVEN
+  VALUES, GIVEN
 };
 enum Kept {
   T, KEY, NODE_X, NODE_Y, POWER, KNOWN_TIME, KNOWN_X, KNOWN_Y, HEARD, JAMMER_RANGE_, HOLDING, HISTORY_, WAITING,
@@ -47,8 +47,8 @@ inline size_t given_bytes(const Sizes& s, int which) {
     case EXISTS: return s.jammers * b;
     case ROUTE_X: case ROUTE_Y: return (size_t)s.points * s.jammers * lanes;
     case EMISSION_KIND: case MOTION_KIND: case LEVEL: case SPEED: case DUTY: case DWELL: return s.jammers * lanes;
-    case FAILURES_AT: return 4 * (size_t)s.failures;
-    case PARAMETERS: return sizeof(Parameters);
+    case FAILURES_AT: return s.failures * lanes;
+    case VALUES: return Parameters::COUNT * lanes;
     default: return lanes;
   }
 }

@@ -35,11 +35,10 @@ void each_group(const Sizes& sizes, const Buffers& buffers, int threads, Work wo
   const auto some = [&] {
     try {
       const Rounding rounding;
-      const Parameters& parameters = *(const Parameters*)buffers.given[PARAMETERS];
       Store counting;
-      Simulation(sizes, parameters, counting);
+      Simulation(sizes, counting);
       Store store(counting.used());
-      Simulation simulation(sizes, parameters, store);
+      Simulation simulation(sizes, store);
       for (int begin = LANES * next++; begin < sizes.batch; begin = LANES * next++) work(simulation, begin);
     } catch (const std::bad_alloc&) {
       out_of_memory = true;

@@ -97,13 +97,13 @@ inline Ints decide(Mind* minds, const bool* awake, int step, const uint32_t* nam
   };
   each([&](int lane, Mind& mind) { ahead[lane] = best_ahead(mind); });
   each([&](int lane, Mind& mind) {
-    learn(mind, mind.set(step + HISTORY - 1), reward[lane], ahead[lane], alpha[lane], p.beta_q);
+    learn(mind, mind.set(step + HISTORY - 1), reward[lane], ahead[lane], alpha[lane], p.beta_q[lane]);
   });
   each([&](int lane, Mind& mind) { range[lane] = quality_range(mind); });
   each([&](int lane, Mind& mind) {
     const int reflex = mind.reflex ? mind.first_match(mind.reflex) : -1;
     action[lane] = reflex >= 0 ? (int)mind.action[reflex]
-                               : choose(mind, range[lane], names, p.alpha_grasp, in_lane(lots, lane));
+                               : choose(mind, range[lane], names, p.alpha_grasp[lane], in_lane(lots, lane));
   });
   each([&](int lane, Mind& mind) {
     const Bits* with_action = mind.rules_with(action[lane]);

@@ -21,8 +21,8 @@ namespace slcs2 {
 // All that it takes to compute a lane group.
 class Simulation {
  public:
-  Simulation(const Sizes& s, const Parameters& p, Store& store)
-      : sizes_(s), parameters_(p), group_(s, p, store), crossings_(s.nodes(), s.bodies(), store),
+  Simulation(const Sizes& s, Store& store)
+      : sizes_(s), group_(s, store), crossings_(s.nodes(), s.bodies(), store),
         candidates_(store.take<Candidates>(1)), traffic_(store.take<Traffic>(1)), motion_(store.take<Motion>(1)),
         walls_(store.take<Walls>(1)), names_(store.take<uint32_t>(s.agents * Mind::whole_vectors(s))),
         minds_(store.take<Mind>((size_t)s.agents * LANES)) {
@@ -67,11 +67,11 @@ class Simulation {
     begin_minds(buffers, rows);
     const Floats alpha = learning_rate();
     each_mind([&](int i, int lane, Mind& mind) {
-      learn(mind, mind.set(HISTORY - 1), group_.reward[i][lane], 0.0f, alpha[lane], parameters_.beta_q);
+      learn(mind, mind.set(HISTORY - 1), group_.reward[i][lane], 0.0f, alpha[lane], group_.parameters.beta_q[lane]);
       memset(mind.set(0), 0, mind.words * sizeof(Bits));
       float recent[HISTORY];
       for (int k = 0; k < sizes_.depth; k++) recent[k] = group_.recent[(size_t)i * sizes_.depth + k][lane];
-      finish_strength(mind, recent, HISTORY - 1, parameters_.trace_decay);
+      finish_strength(mind, recent, HISTORY - 1, group_.parameters.trace_decay[lane]);
     });
     for (int i = 0; i < group_.n; i++) store_minds(buffers, rows, i, minds_ + i * LANES, awake_, 1);
   }
@@ -149,10 +149,11 @@ class Simulation {
       minds[lane].see(clauses);
       if (!learns) action[lane] = decide_by_list(minds[lane]);
     }
-    if (learns) action = decide(minds, awake_, step, names, group_.reward[i], alpha, parameters_, lots);
+    if (learns) action = decide(minds, awake_, step, names, group_.reward[i], alpha, group_.parameters, lots);
     if (sizes_.failing) action = group_.down[i] ? all(NO_ACTION) : action;
     if (notes) {
-      const int rule = learns ? chosen(*minds, names, parameters_.alpha_grasp, in_lane(lots, 0)) : minds->first_match();
+      const float width = group_.parameters.alpha_grasp[0];
+      const int rule = learns ? chosen(*minds, names, width, in_lane(lots, 0)) : minds->first_match();
       notes->decision(step, i, *minds, action[0], rule);
     }
     return action;
@@ -160,7 +161,7 @@ class Simulation {
 
   // alpha_q at the last step's share of the time limit: linearly from first to final value (policy/learning.py).
   Floats learning_rate() const {
-    const Parameters& p = parameters_;
+    const Parameters& p = group_.parameters;
     const Ints limit = group_.time_limit > 1 ? group_.time_limit : all(1);
     const Floats last = maximum(__builtin_convertvector(group_.t - 1, Floats), all(0.0f));
     const Floats share = minimum(last / __builtin_convertvector(limit, Floats), all(1.0f));
@@ -175,7 +176,6 @@ class Simulation {
   bool has_walls() const { return sizes_.vertical + sizes_.horizontal > 0; }
 
   const Sizes& sizes_;
-  const Parameters& parameters_;
   Group group_;
   Crossings crossings_;
   Candidates* candidates_;

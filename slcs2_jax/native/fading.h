@@ -14,7 +14,7 @@ struct NoFading {
 
 // X ~ N(0, sigma^2) in dB, the paper's.
 struct LogNormal {
-  float sigma;
+  Floats sigma;
 
   template <class Draw>
   Floats gain(Draw word) const { return sigma * normal(word(0)); }
@@ -28,9 +28,9 @@ struct Rayleigh {
 
 // |h|^2 = ((X + sqrt(2K))^2 + Y^2) / (2 (K + 1)) with X, Y ~ N(0, 1) (Simon and Alouini 2005, section 2.2.1.3).
 struct Rician {
-  float direct, mean;
+  Floats direct, mean;
 
-  explicit Rician(float k) : direct(root(2.0f * k)), mean(2.0f * (k + 1.0f)) {}
+  explicit Rician(Floats k) : direct(root(2.0f * k)), mean(2.0f * (k + 1.0f)) {}
 
   template <class Draw>
   Floats gain(Draw word) const {
@@ -43,14 +43,14 @@ struct Rician {
 // the first that the method accepts, else its mean; for m < 1 a deviate of m + 1 times U^(1/m).
 struct Nakagami {
   static constexpr int TRIES = 4;
-  float m, shape, d, c;
+  Floats m, shape, d, c;
 
-  explicit Nakagami(float m_)
+  explicit Nakagami(Floats m_)
       : m(m_), shape(m < 1.0f ? m + 1.0f : m), d(shape - 1.0f / 3.0f), c(1.0f / root(9.0f * d)) {}
 
   template <class Draw>
   Floats gain(Draw word) const {
-    Floats drawn = all(shape);
+    Floats drawn = shape;
     Mask pending = mask(true);
     for (int trial = 0; trial < TRIES && any(pending); trial++) {
       const Floats x = normal(word(2 * trial)), u = uniform(word(2 * trial + 1)), side = 1.0f + c * x;
@@ -61,14 +61,15 @@ struct Nakagami {
       pending &= ~accepted;
     }
     const Floats gain = logarithm2(drawn / m);
-    return m < 1.0f ? gain + logarithm2(uniform(word(2 * TRIES))) / m : gain;
+    const Mask boosted = m < 1.0f;
+    return any(boosted) ? (boosted ? gain + logarithm2(uniform(word(2 * TRIES))) / m : gain) : gain;
   }
 };
 
 // Call `work` with the fading of the episodes.
 template <class Work>
 inline void with_fading(const Group& g, Work work) {
-  const float parameter = g.parameters.fading;
+  const Floats parameter = g.parameters.fading;
   switch (g.sizes.fading) {
     case NO_FADING: return work(NoFading{});
     case LOG_NORMAL: return work(LogNormal{parameter});

@@ -18,7 +18,7 @@ inline void silence(Group& g) {
 inline Mask is_drawn(const Group& g, int i, const Words* lots) {
   Ints before = all(0);
   for (int j = 0; j < g.n; j++) before -= (lots[j] < lots[i]) | (j < i ? lots[j] == lots[i] : mask(false));
-  return before < (int32_t)g.parameters.failure_count;
+  return before < __builtin_convertvector(g.parameters.failure_count, Ints);
 }
 
 // Who is down in time-step g.t, from who was in the one before, where the episode goes on.

@@ -176,8 +176,8 @@ inline Nearest nearest_of_both(const Walls& walls, Mask asks, Floats x, Floats y
   Nearest best;
   for (int lane = 0; lane < LANES; lane++) {
     if (!asks[lane]) continue;
-    NearestPoint found = side(walls.vertical[lane], Step{x[lane], y[lane], to_x[lane], to_y[lane]});
-    const NearestPoint other = side(walls.horizontal[lane], Step{y[lane], x[lane], to_y[lane], to_x[lane]});
+    NearestPoint found = side(lane, walls.vertical[lane], Step{x[lane], y[lane], to_x[lane], to_y[lane]});
+    const NearestPoint other = side(lane, walls.horizontal[lane], Step{y[lane], x[lane], to_y[lane], to_x[lane]});
     if (other.squared < found.squared) found = {other.squared, other.y, other.x};
     best.squared[lane] = found.squared, best.x[lane] = found.x, best.y[lane] = found.y;
   }
@@ -185,9 +185,9 @@ inline Nearest nearest_of_both(const Walls& walls, Mask asks, Floats x, Floats y
 }
 
 // The nearest point of any wall's surface that is within reach, m.
-inline Nearest nearest_wall(const Walls& walls, Mask asks, Floats x, Floats y, float reach, const Parameters& p) {
-  return nearest_of_both(walls, asks, x, y, x, y, [&](const Lines& lines, const Step& step) {
-    return nearest_line(lines, step, reach, p.half_thickness, [](float, float, float, float) { return true; });
+inline Nearest nearest_wall(const Walls& walls, Mask asks, Floats x, Floats y, Floats reach, const Parameters& p) {
+  return nearest_of_both(walls, asks, x, y, x, y, [&](int lane, const Lines& lines, const Step& step) {
+    return nearest_line(lines, step, reach[lane], p.half_thickness[lane], [](float, float, float, float) { return true; });
   });
 }
 
@@ -195,15 +195,16 @@ inline Nearest nearest_wall(const Walls& walls, Mask asks, Floats x, Floats y, f
 // surface than the clearance and than it began, or it crosses the wall's centre line.
 inline Nearest blocking_wall(const Walls& walls, Mask asks, Floats x, Floats y, Floats to_x, Floats to_y,
                              const Parameters& p) {
-  return nearest_of_both(walls, asks, x, y, to_x, to_y, [&](const Lines& lines, const Step& step) {
-    const float rise = slope(step.x, step.y, step.to_x, step.to_y), half = p.half_thickness;
+  return nearest_of_both(walls, asks, x, y, to_x, to_y, [&](int lane, const Lines& lines, const Step& step) {
+    const float rise = slope(step.x, step.y, step.to_x, step.to_y);
+    const float half = p.half_thickness[lane], clear = p.clear[lane];
     const auto forbids = [&](float before, float at, float low, float high) {
       const float after = wall_distance(step.to_x, step.to_y, half, at, low, high);
       const float height = step.y + (at - step.x) * rise;
       const bool crosses = (step.x < at) != (step.to_x < at) && height >= low && height <= high;
-      return after < std::min(p.clear, before) || crosses;
+      return after < std::min(clear, before) || crosses;
     };
-    return nearest_line(lines, step, root(p.clear), half, forbids);
+    return nearest_line(lines, step, root(clear), half, forbids);
   });
 }
 

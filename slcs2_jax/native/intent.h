@@ -37,7 +37,7 @@ inline void interpret(Group& g, int i, Ints action, const Candidates& everybody)
       intent.sends ? action - actions.first_send - send_target * actions.settings : action - FIRST_COLLECT;
   intent.channel = quotient(setting, POWERS);
   const Mask full = setting - intent.channel * POWERS == 1;
-  intent.level = full ? all(1.0f) : all(g.parameters.half_power);
+  intent.level = full ? all(1.0f) : g.parameters.half_power;
 
   resolve(g, everybody, g.heard + (size_t)i * g.nodes, target, intent);
   const Mask to_jammer = intent.moves & (target == JAMMER);
@@ -61,7 +61,7 @@ inline void find_obstacles(Group& g, const Walls* walls) {
       if (j == i) continue;
       best.take_nearer(squared_distance(g.x[i], g.y[i], g.x[j], g.y[j]), g.x[j], g.y[j]);
     }
-    const float range = (p.lidar_range + SLACK) * (p.lidar_range + SLACK);
+    const Floats range = (p.lidar_range + SLACK) * (p.lidar_range + SLACK);
     intent.place_x = intent.to_obstacle ? best.x : intent.place_x;
     intent.place_y = intent.to_obstacle ? best.y : intent.place_y;
     intent.place_known = intent.to_obstacle ? best.squared <= range : intent.place_known;

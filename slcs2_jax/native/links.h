@@ -98,7 +98,7 @@ inline void measure(Group& g) {
   else
     let_the_jammer_answer(g);
   for (int i = 0; i < g.n; i++) {
-    const Floats needed = maximum(all(p.sensitivity), p.threshold * (p.noise + g.disturbance[i]));
+    const Floats needed = maximum(p.sensitivity, p.threshold * (p.noise + g.disturbance[i]));
     const Floats* power = g.power_of(i);
     Mask* heard = g.heard + (size_t)i * g.nodes;
     for (int j = 0; j < g.nodes; j++) heard[j] = power[j] >= needed;

@@ -22,10 +22,10 @@ inline void propose(const Group& g, int i, Motion& m) {
   const Mask possible = intent.moves & intent.place_known & (distance > 0);
   distance = possible ? distance : all(1.0f);
   const Floats ux = dx / distance, uy = dy / distance;
-  const Floats toward = minimum(maximum(distance - p.clearance, all(0.0f)), all(p.speed));
-  const Floats along = intent.direction == TOWARD ? toward : all(-p.speed);
+  const Floats toward = minimum(maximum(distance - p.clearance, all(0.0f)), p.speed);
+  const Floats along = intent.direction == TOWARD ? toward : -p.speed;
   // The chord s of a circle of radius d makes an angle with the tangent whose sine is s / 2d.
-  const Floats chord = minimum(all(p.speed), 2.0f * distance), inward = chord / (2.0f * distance);
+  const Floats chord = minimum(p.speed, 2.0f * distance), inward = chord / (2.0f * distance);
   const Floats ahead = root(1.0f - inward * inward);
   const Mask orbits = intent.direction == ORBIT;
   m.step_x[i] = where(possible, orbits ? chord * (inward * ux + ahead * uy) : along * ux);
@@ -37,7 +37,7 @@ inline void propose(const Group& g, int i, Motion& m) {
 // Whether a move of agent i to (x, y) comes too near to where agent j is or would be.
 inline Mask too_near(const Group& g, int i, int j, Floats x, Floats y, Floats other_x, Floats other_y) {
   const Floats before = squared_distance(g.x[i], g.y[i], g.x[j], g.y[j]);
-  return squared_distance(x, y, other_x, other_y) < minimum(all(g.parameters.clear), before);
+  return squared_distance(x, y, other_x, other_y) < minimum(g.parameters.clear, before);
 }
 
 // Let the nearest agent that forbids the proposal replace `best` where it is nearer, seen from the present place.

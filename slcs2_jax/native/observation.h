@@ -32,7 +32,7 @@ inline Truth observe(Group& g, int i, const Candidates& everybody, const uint32_
   g.to_source[i] = root(squared(g.x[i]) + squared(g.y[i]));
   const Floats left[LEFT] = {role.source_side, role.sink_side, role.any, g.to_sink[i], g.to_source[i]};
   const Floats range = g.jammer_range[i] > 0 ? g.jammer_range[i] : all(INFINITE);
-  const Floats right[RIGHT] = {left[0], left[1], left[2], all(p.distance_threshold), all(p.network_range), range};
+  const Floats right[RIGHT] = {left[0], left[1], left[2], p.distance_threshold, p.network_range, range};
   const Mask node = heard[g.n] | heard[g.n + 1];
 
   Truth truth{};
@@ -49,7 +49,7 @@ inline Truth observe(Group& g, int i, const Candidates& everybody, const uint32_
   for (int r = 0; r < RIGHT; r++) {
     if (r == JAMMER_RANGE && !(needed[2] >> 16 & 0x7FFF)) continue;  // its fifteen clauses
     const Floats b = right[r] < INFINITE ? right[r] : all(__builtin_nanf(""));
-    const Floats tolerance = maximum(all(p.speed), p.tolerance * b) + SLACK;
+    const Floats tolerance = maximum(p.speed, p.tolerance * b) + SLACK;
     const Floats less = b - SLACK, more = b + SLACK, low = b - tolerance, high = b + tolerance;
     for (int l = 0; l < LEFT; l++) {
       truth.put(distance_clause(l, 0, r), defined[l] < less);

@@ -7,7 +7,7 @@ namespace slcs2 {
 
 // log2 of the mean power received over each link, mW: P_t - PL(d) - walls * L_w (world/propagation.py, LogDistance).
 inline Floats level(Floats square, Floats walls, const Parameters& p) {
-  return p.gain - p.slope * logarithm2(maximum(square, all(p.floor))) - p.wall * walls;
+  return p.gain - p.slope * logarithm2(maximum(square, p.floor)) - p.wall * walls;
 }
 
 // Received: power >= P_rs and signal to interference and noise >= threshold.

@@ -15,7 +15,7 @@ inline void reward_agents(Group& g, const Traffic& traffic) {
     const Mask kept = traffic.held[i] & ~traffic.sent[i];
     const Floats packets = where(kept, g.to_sink[i] - to_sink) + traffic.progress[i];
     const Floats seeking = where(~(traffic.held[i] | traffic.received[i]), g.to_source[i] - to_source);
-    const Floats cost = g.intent[i].moves ? all(p.cost_move) : all(p.cost_communicate);
+    const Floats cost = g.intent[i].moves ? p.cost_move : p.cost_communicate;
     g.reward[i] = with_sign_of(logarithm(magnitude(packets) + 1.0f), packets) + seeking - cost;
   }
 }

@@ -1,6 +1,7 @@
 """Slots whose episodes the native chunk computes: in the host's own memory, without XLA.
 
-A slot's episode is a column of the arrays. A lane group is a stretch of `library.lanes()` columns; one without an
+A slot's episode is a column of the arrays, and so are the values that it is computed with: they may differ from slot to
+slot, and what decides sizes or code may not. A lane group is a stretch of `library.lanes()` columns; one without an
 episode costs nothing, one with few lanes in use more than its share. So before every chunk the episodes are moved
 together into few groups, of one size, as many for each thread. That is no more than copying: it changes no bit.
 """
@@ -37,7 +38,7 @@ class NativeSlots:
         """Vacant slots.
 
         Args:
-            parameters: of every episode.
+            parameters: of every episode that brings none of its own.
             arena, given: of vacant slots, without time: NumPy arrays [..., slots].
             periods: sharing periods in a chunk.
             threads: that share the lane groups.
@@ -47,10 +48,11 @@ class NativeSlots:
         self.computed = 0  # slots that the last chunk was computed for: whole groups
         slots = arena.time_limit.shape[0]
         self._columns = np.full(slots, -1)  # of each slot, -1 if it is vacant
-        self._entering: dict[int, Episode] = {}
-        # every array with memory of its own
-        self._episode: Episode = jax.tree.map(
-            lambda leaf: np.array(leaf, order="C"), self._begin(arena, given, np.zeros((2, slots), np.uint32))
+        self._entering: dict[int, tuple[Episode, Parameters]] = {}
+        vacant = self._begin(arena, given, np.zeros((2, slots), np.uint32), self._parameters)
+        self._episode: Episode = jax.tree.map(lambda leaf: np.array(leaf, order="C"), vacant)  # each its own memory
+        self._values: Parameters = jax.tree.map(
+            lambda leaf: np.repeat(leaf[..., None], slots, axis=-1), self._parameters
         )
 
     def room(self, certain: int) -> int:
@@ -61,10 +63,27 @@ class NativeSlots:
         each = self._threads * self._lanes
         return min(len(self._columns), each * max(1, -(-certain // each)))
 
-    def place(self, slot: int, arena: Arena, given: Any, key: tuple[np.uint32, np.uint32]) -> None:
-        """Let an episode begin with the next chunk: arena [..., 1], given without a batch axis."""
+    def place(
+        self,
+        slot: int,
+        arena: Arena,
+        given: Any,
+        key: tuple[np.uint32, np.uint32],
+        parameters: Parameters | None = None,
+    ) -> None:
+        """Let an episode begin with the next chunk.
+
+        Args:
+            slot: a vacant one.
+            arena: [..., 1].
+            given: without a batch axis.
+            key: of the episode.
+            parameters: with other values than those of the slots, NumPy arrays; all else is the same.
+        """
         given = jax.tree.map(lambda leaf: leaf[..., None], given)
-        self._entering[slot] = self._begin(arena, given, np.array(key, np.uint32)[:, None])
+        parameters = parameters or self._parameters
+        episode = self._begin(arena, given, np.array(key, np.uint32)[:, None], parameters)
+        self._entering[slot] = episode, jax.tree.map(lambda leaf: leaf[..., None], parameters)
 
     def cancel(self, slot: int) -> None:
         """Make a slot vacant."""
@@ -79,21 +98,27 @@ class NativeSlots:
         self.computed = self._lanes * len(np.unique(self._columns[self._columns >= 0] // self._lanes))
         if not self.computed:
             return []
-        native.advance_in_place(self._episode, self._parameters, self._periods, self._threads)
-        state, packets = self._episode.state, self._parameters.physics.swarm.packets
+        native.advance_in_place(self._episode, self._values, self._periods, self._threads)
+        state, packets = self._episode.state, self._values.physics.swarm.packets
         going = (state.settled < packets) & (state.t < self._episode.arena.time_limit)
         return [int(slot) for slot in np.flatnonzero(self._columns >= 0) if not going[self._columns[slot]]]
 
     def results(self, slots: list[int]) -> Result:
         """What the episodes in these slots came to, [..., slots]; the slots are vacant then."""
         columns = self._columns[slots]
-        ended = jax.tree.map(lambda leaf: np.ascontiguousarray(leaf[..., columns]), self._episode)
+        ended, values = jax.tree.map(lambda leaf: np.ascontiguousarray(leaf[..., columns]), self._held)
         for slot in slots:
             self.cancel(slot)
-        return native.result(ended, self._parameters)
+        return native.result(ended, values)
 
-    def _begin(self, arena: Arena, given: Any, key: Any) -> Episode:
-        return native.begin(arena, given, key, self._parameters)
+    @staticmethod
+    def _begin(arena: Arena, given: Any, key: Any, parameters: Parameters) -> Episode:
+        return native.begin(arena, given, key, parameters)
+
+    @property
+    def _held(self) -> tuple[Episode, Parameters]:
+        """What columns hold."""
+        return self._episode, self._values
 
     def _gather(self) -> None:
         """Give those that enter a column, and move others so that groups are few and of one size."""
@@ -127,8 +152,8 @@ class NativeSlots:
         before = self._columns[slot]
         entering = self._entering.pop(slot, None)
         if entering is not None:
-            jax.tree.map(lambda table, one: table.__setitem__((..., column), one[..., 0]), self._episode, entering)
+            jax.tree.map(lambda table, one: table.__setitem__((..., column), one[..., 0]), self._held, entering)
         else:
-            jax.tree.map(lambda table: table.__setitem__((..., column), table[..., before]), self._episode)
+            jax.tree.map(lambda table: table.__setitem__((..., column), table[..., before]), self._held)
             self._episode.arena.time_limit[before] = 0
         self._columns[slot] = column

@@ -47,17 +47,21 @@ struct Sizes {
   int steps() const { return periods * period; }
 };
 
-// Scalars, all float32; the order is that of `arrays.py`.
+// The values that an episode is computed with; the order is that of `arrays.py`.
 struct Parameters {
-  float fading;  // its parameter: sigma in powers of two, K, or m
-  float gain, slope, floor, wall;
-  float noise, sensitivity, threshold, half_power, network_range;
-  float packets, speed, clearance, clear, lidar_range, distance_threshold, tolerance, half_thickness;
-  float cost_move, cost_communicate;
-  float alpha_grasp, alpha_q, alpha_q_final, beta_q, trace_decay;
-  float failure_rate, recovery_rate, failure_count;
-};
+  Floats fading;  // its parameter: sigma in powers of two, K, or m
+  Floats gain, slope, floor, wall;
+  Floats noise, sensitivity, threshold, half_power, network_range;
+  Floats packets, speed, clearance, clear, lidar_range, distance_threshold, tolerance, half_thickness;
+  Floats cost_move, cost_communicate;
+  Floats alpha_grasp, alpha_q, alpha_q_final, beta_q, trace_decay;
+  Floats failure_rate, recovery_rate, failure_count;
 
+  static constexpr size_t COUNT = 28;
+
+  void set(size_t number, Floats value) { memcpy((char*)this + number * sizeof value, &value, sizeof value); }
+};
+static_assert(sizeof(Parameters) == Parameters::COUNT * sizeof(Floats), "");
 
 // Memory in one block, given out in pieces that are aligned for vectors. Without a block it only counts.
 class Store {
@@ -102,7 +106,7 @@ struct Emitter {
 // The given world, and the state of the episodes. Tables of pairs are [self][other]: all that an agent needs is together.
 struct Group {
   const Sizes& sizes;
-  const Parameters& parameters;
+  Parameters parameters;
   const int n, nodes, places, bodies, channels;
 
   Floats sink_x, sink_y, estimate_x, estimate_y, jammer_x, jammer_y;
@@ -111,7 +115,7 @@ struct Group {
   bool any_jammer;
   Emitter* emitters;             // [J]
   int jammers_present;           // how many of them there are in any lane, the absent ones before the last included
-  const int32_t* failures_at;    // [failures], time-steps
+  Ints* failures_at;             // [failures], time-steps
 
   Ints t, waiting, delivered;
   Words key_low, key_high;
@@ -146,8 +150,8 @@ struct Group {
   Ints* told_seen_time;          // [J, n], the same for the jammers
   Floats *told_seen_x, *told_seen_y, *told_seen_range;
 
-  Group(const Sizes& s, const Parameters& p, Store& store)
-      : sizes(s), parameters(p), n(s.agents), nodes(s.nodes()), places(s.places()), bodies(s.bodies()),
+  Group(const Sizes& s, Store& store)
+      : sizes(s), n(s.agents), nodes(s.nodes()), places(s.places()), bodies(s.bodies()),
         channels(s.channels) {
     const size_t pairs = (size_t)n * n;
     x = store.take<Floats>(bodies), y = store.take<Floats>(bodies);
@@ -161,7 +165,7 @@ struct Group {
     recent = store.take<Floats>((size_t)n * s.depth), gains = store.take<Floats>((size_t)n * s.round);
     jamming = store.take<Floats>((size_t)channels * nodes), disturbance = store.take<Floats>(nodes);
     to_sink = store.take<Floats>(n), to_source = store.take<Floats>(n), intent = store.take<Intent>(n);
-    down = store.take<Mask>(s.failing ? n : 0);
+    down = store.take<Mask>(s.failing ? n : 0), failures_at = store.take<Ints>(s.failures);
     emitters = store.take<Emitter>(s.jammers), emits = store.take<Ints>(s.jammers);
     noise = store.take<Floats>((size_t)s.jammers * nodes);
     const size_t news = (size_t)s.jammers * n;
@@ -177,7 +181,7 @@ struct Group {
 
 // Packets are under way and time is left (swarm/task.py, Delivery).
 inline Mask is_running(const Group& g) {
-  return (g.delivered + g.lost < (int32_t)g.parameters.packets) & (g.t < g.time_limit);
+  return (g.delivered + g.lost < __builtin_convertvector(g.parameters.packets, Ints)) & (g.t < g.time_limit);
 }
 
 }  // namespace slcs2

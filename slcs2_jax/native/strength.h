@@ -15,19 +15,20 @@ inline Floats gain(Floats reward, Mask acts) {
 // Credit of the set of so many steps ago: the sum over t' <= BP_max of lambda^t' times the gain of t' steps after it.
 // `gains(k)`: that of k steps ago.
 template <class T, class Gains>
-inline T credit(int age, int depth, const float* weights, T zero, Gains gains) {
+inline T credit(int age, int depth, const T* weights, T zero, Gains gains) {
   T sum = zero;
   for (int later = 0; later <= std::min(age, depth); later++) sum += weights[later] * gains(age - later);
   return sum;
 }
 
 // lambda^t' for t' = 0, 1, ..., by squaring, as XLA does it.
+template <class T>
 struct Weights {
-  float of[HISTORY];
+  T of[HISTORY];
 
-  explicit Weights(float decay) {
+  Weights(T decay, T one) {
     for (int k = 0; k < HISTORY; k++) {
-      float power = 1.0f, square = decay;
+      T power = one, square = decay;
       for (int left = k; left; left >>= 1, square *= square)
         if (left & 1) power *= square;
       of[k] = power;
@@ -40,7 +41,7 @@ struct Weights {
 // how many there were. `step`: the last one; `recent`: [BP_max], the agent's last gains, the latest first.
 inline void finish_strength(Mind& mind, const float* recent, int step, float decay) {
   const int depth = mind.sizes->depth;
-  const Weights weights(decay);
+  const Weights<float> weights(decay, 1.0f);
   for (int end = depth; end > 0; end -= mind.sizes->round)
     for (int age = std::max(end - mind.sizes->round, 0); age < end; age++) {
       const float amount = credit(age, depth, weights.of, 0.0f, [&](int k) { return recent[k]; });
@@ -53,7 +54,7 @@ inline void finish_strength(Mind& mind, const float* recent, int step, float dec
 // After a round whose last step was `step`: credit the sets that became BP_max steps old in it. minds: [n, LANES]; awake: the lanes that count.
 inline void settle(Group& g, Mind* minds, const bool* awake, int step) {
   const int depth = g.sizes.depth, length = g.sizes.round;
-  const Weights weights(g.parameters.trace_decay);
+  const Weights<Floats> weights(g.parameters.trace_decay, all(1.0f));
   for (int i = 0; i < g.n; i++) {
     Floats* recent = g.recent + (size_t)i * depth;
     const Floats* gains = g.gains + (size_t)i * length;

@@ -85,7 +85,8 @@ inline void load_world(const Buffers& buffers, const Rows& rows, Group& g) {
   g.has_jammer = rows.load_mask(from[HAS_JAMMER], 0);
   g.time_limit = rows.load<Ints>(from[TIME_LIMIT], 0);
   for (int c = 0; c < g.channels; c++) g.channel_used[c] = rows.load_mask(from[CHANNELS], c);
-  g.failures_at = (const int32_t*)from[FAILURES_AT];
+  for (int k = 0; k < g.sizes.failures; k++) g.failures_at[k] = rows.load<Ints>(from[FAILURES_AT], k);
+  for (size_t k = 0; k < Parameters::COUNT; k++) g.parameters.set(k, rows.load<Floats>(from[VALUES], k));
   load_emitters(buffers, rows, g);
 }
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Settings
-from slcs2_jax.episode import Parameters
+from slcs2_jax.episode import Parameters, physical
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.rollout import LANES, Rollout, Shape
 from slcs2_jax.running.deployable import joined, program
@@ -28,9 +28,12 @@ class _Kept:
     rollout: Rollout
     shape: Shape
     language: Language
+    physics: Hashable  # what its values are made of
 
-    def serves(self, shape: Shape, language: Language) -> bool:
-        """Has it room for all of this?"""
+    def serves(self, shape: Shape, language: Language, physics: Hashable) -> bool:
+        """Has it room for all of this? Where the native chunk computes, every slot has values of its own."""
+        if not (self.rollout.native or self.physics == physics):
+            return False
         mine, its = self.language, language
         says = mine.words >= its.words and {*mine.own_clauses} >= {*its.own_clauses}
         does = {*mine.own_actions} >= {*its.own_actions}
@@ -54,26 +57,27 @@ class Rollouts:
         """Vacant slots, `width` per device, for some tasks, with room for what `everybody` can say; none of `taken`.
 
         A kept rollout has up to twice the walls and at least half the slots that are asked for; one that is made takes
-        the place of those that it could replace.
+        the place of those that it could replace. Where XLA computes, its physical values are those of the first task.
         """
         language = joined([task.policy.language for task in everybody])
         channels = 1 + max(max(task.policy.channels) for task in everybody)
         scenarios = [scenario for task in tasks for scenario in task.site.scenarios]
         walls, jammers = wall_capacity(scenarios), jammer_room(scenarios)
         shape = Shape(agents=self._settings.swarm.agents, channels=channels, walls=walls, jammers=jammers)
+        physics = physical(tasks[0].site.settings)
         kept, slots = self._kept.setdefault(program(tasks[0].policy), []), width * len(self._devices)
         for one in kept:
-            enough = one.serves(shape, language) and 2 * one.rollout.slots >= slots
+            enough = one.serves(shape, language, physics) and 2 * one.rollout.slots >= slots
             if enough and sum(one.shape.walls) <= 2 * sum(walls) and one.rollout not in taken:
                 return one.rollout
-        made = _Kept(self._made(tasks[0], shape, language, slots), shape, language)
-        kept[:] = [one for one in kept if one.rollout in taken or not made.serves(one.shape, one.language)]
+        made = _Kept(self._made(tasks[0], shape, language, slots), shape, language, physics)
+        kept[:] = [one for one in kept if one.rollout in taken or not made.serves(one.shape, one.language, one.physics)]
         kept.append(made)
         return made.rollout
 
     def _made(self, task: Task, shape: Shape, language: Language, slots: int) -> Rollout:
         policy, compute = task.policy.policy, self._settings.compute
-        parameters = Parameters.of(self._settings, policy, language)
+        parameters = Parameters.of(task.site.settings, policy, language)
         like = policy.arrays(task.policy.given, language)
         return Rollout(
             parameters,
@@ -102,10 +106,11 @@ def make_batches(
 
     All tasks deploy policies of one `program`. The slots of a rollout all have room for the walls
     of the fullest scenario, and cost as much as if they were used; so tasks are parted by the number of walls where
-    there are enough of them to keep several rollouts busy.
+    there are enough of them to keep several rollouts busy. Where XLA computes, whose programs take one value for all of
+    their episodes, tasks that differ in physical values have rollouts of their own.
 
     Args:
-        settings: that all tasks have in common.
+        settings: of one of the tasks, which differ in physical values at most.
         tasks: at least one.
         width: slots per device.
         rollouts: where to take them from, if some may be there already.
@@ -118,10 +123,17 @@ def make_batches(
     on_cpu = runtime.devices(settings.compute)[0].platform == "cpu"  # a GPU takes all of them at once
     parts = max(1, min(MOST_BATCHES, kinds, len(tasks) // LEAST_TASKS)) if on_cpu else 1
     cuts = [len(tasks) * part // parts for part in range(parts + 1)]
+    left = [by_walls[start:stop] for start, stop in itertools.pairwise(cuts)]
     batches: list[Batch] = []
-    for start, stop in itertools.pairwise(cuts):
-        some = by_walls[start:stop]
-        batches.append(Batch(some, rollouts.get(some, tasks, width, [batch.rollout for batch in batches])))
+    while left:
+        some = left.pop(0)
+        rollout = rollouts.get(some, tasks, width, [batch.rollout for batch in batches])
+        if not rollout.native:
+            physics = physical(some[0].site.settings)
+            others = [task for task in some if physical(task.site.settings) != physics]
+            some = [task for task in some if task not in others]
+            left[:0] = [others] if others else []
+        batches.append(Batch(some, rollout))
     for text in dict.fromkeys(batch.rollout.note for batch in batches):
         if text is not None:
             note(text)

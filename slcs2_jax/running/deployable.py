@@ -125,9 +125,9 @@ def joined(languages: list[Language]) -> Language:
     )
 
 
-def job_of(policy: BoundPolicy, name: Hashable, scenario: Scenario, key: Key) -> Job:
-    """One deployment, for a rollout."""
-    return Job(name, scenario, policy.channels, policy.given, key)
+def job_of(policy: BoundPolicy, name: Hashable, scenario: Scenario, key: Key, settings: Settings) -> Job:
+    """One deployment with the settings' physical values, for a rollout."""
+    return Job(name, scenario, policy.channels, policy.given, key, settings)
 
 
 def deployment_of(done: Done, packets: int, task: Delivery) -> Deployment:

@@ -9,13 +9,14 @@ import shlex
 import signal
 import statistics
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Jammers, Settings, World
+from slcs2_jax.episode import physical
 from slcs2_jax.grammar import GRAMMARS
-from slcs2_jax.native.choice import computed_on
+from slcs2_jax.native.choice import computed_on, expected
 from slcs2_jax.results import EvaluationSummary, Quiet, Report, RunSummary, ScenarioSummary
 from slcs2_jax.results.loggers import check_logger
 from slcs2_jax.results.reading import look
@@ -28,6 +29,7 @@ from slcs2_jax.running.run import Run, check_rules, prepare
 from slcs2_jax.running.saving import Saver
 from slcs2_jax.running.schedule import play
 from slcs2_jax.running.stopping import Stopped, StopRequest
+from slcs2_jax.running.task import Site
 from slcs2_jax.search.evaluation import Deployment
 from slcs2_jax.search.slcs2 import check_parts
 from slcs2_jax.world.scenario import make_scenario
@@ -41,8 +43,8 @@ def evolve(
 ) -> list[RunSummary]:
     """Evolve every run, writing its folder if ``run_dir`` is set (docs/model.md).
 
-    Runs whose physics, sizes and kind of world agree share one batch. What an instance comes to depends on its own
-    settings and seed, not on its neighbours in the batch.
+    Runs whose sizes and kind of world agree share one batch; where XLA computes, their physics must agree as well. What
+    an instance comes to depends on its own settings and seed, not on its neighbours in the batch.
 
     A folder that holds the same run already is continued: a finished run is returned as it is, one that was interrupted
     goes on from where it was saved, one of fewer generations goes on from its end. Each comes to the same as if it had
@@ -233,30 +235,47 @@ def deploy_in_runs(
     for place, one in enumerate(settings):
         alike.setdefault(batch_key(one), []).append(place)
     for places in alike.values():
-        worlds = {place: [make_scenario(settings[place], seed) for seed in _seeds(settings[place])] for place in places}
-        every = [scenario for place in places for scenario in worlds[place]]
-        [rows] = Evaluator(settings[places[0]])([policy], every, deployments=deployments, report=report).deployments
+        sites = {place: [_site(settings[place], seed) for seed in _seeds(settings[place])] for place in places}
+        every = [site for place in places for site in sites[place]]
+        [rows] = Evaluator(settings[places[0]]).at(every, [policy], deployments, report).deployments
         left = iter(rows)
-        found |= {place: [list(next(left)) for _ in worlds[place]] for place in places}
+        found |= {place: [list(next(left)) for _ in sites[place]] for place in places}
     return [found[place] for place in range(len(settings))]
 
 
 def batch_key(settings: Settings) -> Any:
     """What runs must have in common to share a batch.
 
-    Whatever decides whether the native chunk computes is part of it, so that a run's neighbours decide nothing: users'
-    grammars, worlds from files or of users' making, and jammers that are not the paper's.
+    Where the native chunk computes, physical values are each slot's own, and only sizes and parts count; XLA's programs
+    take one value for all. Whatever decides which of the two computes is part of it, so that a run's neighbours decide
+    nothing: users' grammars, worlds from files or of users' making, and jammers that are not the paper's.
     """
     world, grammar = settings.world, settings.rules.grammar
     usual = settings.jammers == Jammers() and world.file is None and world.scenario == World().scenario
     return (
-        *(settings.radio, settings.swarm, settings.learning, settings.task, settings.compute),
-        *(settings.rules.rules, world.wall_thickness, world.buildings),
+        *(_sizes(settings) if expected(settings.compute) else (physical(settings),)),
+        *(settings.task, settings.compute, settings.rules.rules, world.buildings),
         None if grammar in GRAMMARS else settings.rules,
         None if usual else (settings.jammers, world),
         settings.worlds,
         *(settings.knowledge.mode == "reflex", settings.search.inherit_quality),  # arrays that rule-sets have
     )
+
+
+def _sizes(settings: Settings) -> tuple[Hashable, ...]:
+    """What of the physics is no value of a slot: names of parts, sizes, whether agents fail and at how many times.
+
+    Numbers that are no whole ones are values, and the number of packets.
+    """
+    sections = (settings.radio, settings.swarm, settings.learning)
+    fixed = {name: value for one in sections for name, value in vars(one).items() if type(value) in (str, bool, int)}
+    del fixed["packets"]
+    times, fails = len(settings.swarm.failures_at), settings.swarm.failure_rate > 0
+    return (*fixed.items(), settings.radio.channels, times, fails or times > 0)
+
+
+def _site(settings: Settings, seed: int) -> Site:
+    return Site.of(make_scenario(settings, seed), settings)
 
 
 def _seeds(settings: Settings) -> range:

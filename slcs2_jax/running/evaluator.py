@@ -117,8 +117,17 @@ class Evaluator:
         places = self._scenarios(scenarios)
         if not isinstance(policies, Sequence) or not policies:
             raise refuse("policies", type(policies).__name__, "a sequence of at least one policy")
+        return self.at([Site.of(scenario, self.settings) for scenario in places], policies, count, report)
+
+    def at(
+        self, sites: Sequence[Site], policies: Sequence[Deployable], count: int, report: Report | None = None
+    ) -> Evaluations:
+        """Deploy every policy so many times on sites of any settings that can share a batch with this one's.
+
+        Raises:
+            InputError: a policy that does not fit, or a measure as above.
+        """
         ready = [bound(policy, self.settings, f"policies[{at}]") for at, policy in enumerate(policies)]
-        sites = [Site.of(scenario, self.settings) for scenario in places]
         tasks = [[Measurement(site, policy, count) for site in sites] for policy in ready]
         usage = self._play([task for row in tasks for task in row], report)
         return self._collected(tasks, usage)

@@ -21,18 +21,19 @@ Name = tuple[str, int, int]  # stage, generation, deployment
 class Site:
     """Where a task's deployments take place, by turns, and how they are scored.
 
-    seed: of the task; deployments with fresh randomness follow from it.
+    seed: of the task; deployments with fresh randomness follow from it. settings: whose physical values they have.
     """
 
     scenarios: tuple[Scenario, ...]
     seed: int
     packets: int
     task: Delivery
+    settings: Settings
 
     @classmethod
     def of(cls, scenario: Scenario, settings: Settings) -> Site:
-        """A scenario, with the packets and the task of the settings."""
-        return cls((scenario,), scenario.seed, settings.swarm.packets, task_of(settings))
+        """A scenario, with the packets, the task and the physics of the settings."""
+        return cls((scenario,), scenario.seed, settings.swarm.packets, task_of(settings), settings)
 
     @property
     def scenario(self) -> Scenario:
@@ -41,7 +42,7 @@ class Site:
 
     def job(self, name: Name, policy: BoundPolicy, key: Key) -> Job:
         """One deployment of a policy here."""
-        return job_of(policy, name, self.scenarios[name[2] % len(self.scenarios)], key)
+        return job_of(policy, name, self.scenarios[name[2] % len(self.scenarios)], key, self.settings)
 
     def score(self, done: Done) -> Deployment:
         """What a deployment here measured."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -139,6 +140,31 @@ def test_neighbours_and_chunks_change_nothing() -> None:
     for periods in (1, 30, 9):
         chunked = joined(usual().advance(chunked, parameters, periods), chunked)
     assert_same(usual().advance(chunked, parameters, 0), [array[..., order] for array in expected])
+
+
+OTHERS: tuple[dict[str, Any], ...] = (
+    {"radio": {"fading": "nakagami", "nakagami_m": 3.0, "path_loss_exponent": 2.9}, "packets": 2},
+    {"failure_rate": 0.05, "recovery_steps": 4, "failures_at": (5, 9), "failure_share": 0.8, "speed": 3.0},
+    {"radio": {"fading": "nakagami", "nakagami_m": 0.5, "receive_threshold_dbm": -79.0}, "learning": {"alpha_q": 0.7}},
+)
+
+
+@pytest.mark.parametrize("variant", [None, *VARIANTS])
+def test_every_episode_may_have_values_of_its_own(variant: str | None) -> None:
+    made = [episodes_of("all", **values) for values in ({}, *OTHERS)]
+    alone = [usual().advance(*one, 8) for one in made]
+    whose = np.arange(BATCH) % len(made)
+
+    def of_its_own(*each: Any) -> np.ndarray:
+        return np.stack([np.asarray(each[which])[..., place] for place, which in enumerate(whose)], axis=-1)
+
+    def laned(*each: Any) -> np.ndarray:
+        return np.stack([np.asarray(each[which]) for which in whose], axis=-1)
+
+    episode = jax.tree.map(of_its_own, *(one for one, _ in made))
+    parameters = jax.tree.map(laned, *(one for _, one in made))
+    found = (library(*usable(variant)) if variant else usual()).advance(episode, parameters, 8)
+    assert_same(found, [of_its_own(*arrays) for arrays in zip(*alone, strict=True)])
 
 
 @pytest.mark.slow

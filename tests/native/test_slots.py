@@ -116,3 +116,39 @@ def test_episodes_of_numpy_arrays_begin_as_those_of_jax(quality: float) -> None:
     assert all(isinstance(leaf, np.ndarray) for leaf in jax.tree.leaves(found))
     same(found, episode)
     assert dataclasses.replace(found, given=None).memory.quality.max() == np.float32(quality)
+
+
+VALUES: tuple[dict[str, Any], ...] = (
+    {},
+    {"radio": {"path_loss_exponent": 3.2, "noise_dbm": -90.0, "shadowing_db": 7.0, "wall_loss_db": 5.0}},
+    {"speed": 2.5, "packets": 3, "lidar_range": 25.0, "distance_threshold": 20.0, "tolerance": 0.2},
+    {"learning": {"alpha_q": 0.9, "alpha_q_final": 0.1, "beta_q": 0.2, "alpha_grasp": 0.8, "trace_decay": 0.5}},
+    {"clearance": 1.0, "learning": {"initial_quality": 2.0, "cost_move": 3.0, "cost_communicate": 1.0}},
+    {"radio": {"half_power_db": -9.0, "receive_threshold_dbm": -70.0, "sinr_threshold_db": 3.0, "power_dbm": 26.0}},
+)
+
+
+@pytest.mark.parametrize("policy", [None, FirstMatch()])
+def test_episodes_with_values_of_their_own_come_to_what_each_comes_to_without_the_others(policy: Any) -> None:
+    made = [make("urban_jammed", "both", policy=policy, time_limit=PERIODS * 20, **values) for values in VALUES]
+    expected = [jitted(native.advance)(*one, PERIODS) for one in made]
+    ended = [jax.jit(native.result)(jitted(native.advance)(*one, 2 * PERIODS), one[1]) for one in made]
+    differing = {leaves(state)[".state.node_x"].tobytes() for state in expected}
+    assert len(differing) > 2
+    slots = Slots(*made[0], threads=2)
+    for slot in range(BATCH):
+        one, parameters = jax.tree.map(np.asarray, made[slot % len(VALUES)])
+        deployed = jax.tree.map(lambda leaf, slot=slot: leaf[..., slot : slot + 1], one)
+        given = jax.tree.map(lambda leaf: leaf[..., 0], deployed.given)
+        slots.slots.place(slot, deployed.arena, given, tuple(deployed.state.key[:, 0]), parameters)
+    over = set(slots.slots.advance())
+    for slot in set(range(BATCH)) - over:
+        one = jax.tree.map(lambda leaf, slot=slot: leaf[..., slot], expected[slot % len(VALUES)])
+        same((slots.held(slot).state, slots.held(slot).memory), (one.state, one.memory))
+    slots.slots.cancel(3)
+    over = sorted(over | set(slots.slots.advance()))
+    assert over == [slot for slot in range(BATCH) if slot != 3]
+    found = slots.slots.results(over)
+    for place, slot in enumerate(over):
+        one = jax.tree.map(lambda leaf, slot=slot: leaf[..., slot], ended[slot % len(VALUES)])
+        same(jax.tree.map(lambda leaf, place=place: leaf[..., place], found), one)

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slcs2_jax.config import Compute, Rules, Settings, Swarm, World
+from slcs2_jax.config import Compute, Radio, Rules, Settings, Swarm, World
+from slcs2_jax.episode import Parameters
 from slcs2_jax.grammar import load_grammar, random_rule_sets
 from slcs2_jax.running import batches as module
 from slcs2_jax.running.deployable import of_grammar
@@ -36,10 +37,16 @@ def built(monkeypatch):
         module,
         "Rollout",
         lambda parameters, shape, like, **values: SimpleNamespace(
-            walls=shape.walls, slots=values["slots"], slot_steps=0, compile_seconds=0.0, note=None
+            walls=shape.walls,
+            slots=values["slots"],
+            slot_steps=0,
+            compile_seconds=0.0,
+            note=None,
+            native=values["engine"] != "off",
+            parameters=parameters,
         ),
     )
-    return lambda some: module.make_batches(SETTINGS, some)
+    return lambda some, settings=SETTINGS: module.make_batches(settings, some)
 
 
 def test_few_tasks_share_one_rollout(built):
@@ -66,3 +73,36 @@ def test_worlds_without_walls_are_not_parted(built):
     for task in everybody:
         task.site = dataclasses.replace(task.site, scenarios=(make_scenario(open_world, 0),))
     assert len(built(everybody)) == 1
+
+
+@pytest.mark.parametrize("native", ["on", "off"])
+def test_tasks_that_differ_in_physical_values_are_parted_where_xla_computes(built, native):
+    compute = dataclasses.replace(SETTINGS.compute, native=native)
+    points = [
+        dataclasses.replace(SETTINGS, world=World.preset("open"), compute=compute, radio=Radio(noise_dbm=noise))
+        for noise in (-90.0, -94.0, -90.0, -97.0)
+    ]
+    everybody = tasks(len(points))
+    for task, settings in zip(everybody, points, strict=True):
+        task.site = Site.of(make_scenario(settings, 0), settings)
+    batches = built(everybody, points[0])
+    parted = [[everybody.index(task) for task in batch.tasks] for batch in batches]
+    assert parted == ([[0, 1, 2, 3]] if native == "on" else [[0, 2], [1], [3]])
+    for batch in batches:
+        own = Parameters.of(batch.tasks[0].site.settings)
+        assert batch.rollout.parameters.physics.radio.noise == own.physics.radio.noise
+
+
+@pytest.mark.parametrize("native", ["on", "off"])
+def test_a_kept_rollout_serves_other_values_where_the_native_chunk_computes(built, native):
+    settings = dataclasses.replace(SETTINGS, compute=dataclasses.replace(SETTINGS.compute, native=native))
+    rollouts = module.Rollouts(settings)
+    found = []
+    for noise in (-90.0, -94.0, -90.0):
+        [task] = tasks(1)
+        point = dataclasses.replace(settings, radio=Radio(noise_dbm=noise))
+        task.site = Site.of(task.site.scenario, point)
+        [batch] = module.make_batches(point, [task], rollouts=rollouts)
+        found.append(id(batch.rollout))
+    assert found[0] == found[2]
+    assert (found[0] == found[1]) == (native == "on")

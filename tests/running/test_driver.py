@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 from slcs2_jax import cli, programs
-from slcs2_jax.config import Compute, InputError, Radio, Rules, Search, Settings, Swarm, World
+from slcs2_jax.config import Compute, InputError, Learning, Radio, Rules, Search, Settings, Swarm, World
+from slcs2_jax.policy.decision_list import load_decision_list
 from slcs2_jax.results import FinishedRun, RunSummary, read_run
 from slcs2_jax.running import driver
+from slcs2_jax.running.batches import make_batches
+from slcs2_jax.running.schedule import Batch
 
 GENERATIONS, FRESH, RULES, AGENTS = 4, 5, 20, 4
 
@@ -247,7 +250,9 @@ def test_a_folder_that_holds_a_run_stays_as_it_is(main_run):
 
 
 @pytest.mark.parametrize("native", ["auto", "off"])
-def test_points_that_differ_in_physical_values_alone_are_compiled_once_and_come_to_what_each_comes_to_alone(native):
+def test_points_that_differ_in_physical_values_come_to_what_each_comes_to_alone_and_compile_once(
+    native,
+):
     compute = Compute(devices=1, chunk=50, native=native)
     points = [
         small(radio=Radio(path_loss_exponent=exponent), swarm=Swarm(agents=AGENTS, packets=packets), compute=compute)
@@ -255,7 +260,73 @@ def test_points_that_differ_in_physical_values_alone_are_compiled_once_and_come_
     ]
     programs._programs.cache_clear()
     swept = driver.evolve(points)
-    assert programs._programs.cache_info().misses == (1 if native == "off" else 0)  # the native chunk needs none
+    assert programs._programs.cache_info().misses == (native == "off")
     assert len({summary.instances for summary in swept}) == len(points)
     [alone] = driver.evolve([points[1]])
     assert alone.instances == swept[1].instances
+
+
+POINTS: tuple[dict, ...] = (
+    {},
+    {"radio": Radio(path_loss_exponent=2.7, noise_dbm=-91.0, shadowing_db=6.0)},
+    {"radio": Radio(power_dbm=23.0, wall_loss_db=4.0, sinr_threshold_db=6.0, half_power_db=-6.0)},
+    {"swarm": Swarm(agents=AGENTS, packets=3, speed=2.0, clearance=1.0, tolerance=0.1)},
+    {"learning": Learning(alpha_q=0.4, beta_q=0.5, alpha_grasp=0.5, trace_decay=0.6, initial_quality=1.0)},
+    {"learning": Learning(alpha_q_final=0.01, cost_move=1.0, cost_communicate=0.5)},
+)
+APART: tuple[dict, ...] = (
+    {"radio": Radio(fading="rayleigh")},
+    {"radio": Radio(channels=(1, 6))},
+    {"swarm": Swarm(agents=AGENTS + 1)},
+    {"swarm": Swarm(agents=AGENTS, sharing_period=5)},
+    {"swarm": Swarm(agents=AGENTS, failure_rate=0.01)},
+    {"swarm": Swarm(agents=AGENTS, failures_at=(10,))},
+    {"swarm": Swarm(agents=AGENTS, failure_rate=0.01, failure_keeps_packet=True)},
+    {"learning": Learning(bp_max=10)},
+    {"rules": Rules(rules=RULES + 1)},
+)
+
+
+def saved(folder: Path) -> dict[str, bytes]:
+    """What a run comes to, file by file."""
+    files = [folder / "generations.jsonl", folder / "summary.json", *folder.glob("solutions/*")]
+    return {str(file.relative_to(folder)): file.read_bytes() for file in files}
+
+
+def test_points_with_values_of_their_own_share_a_batch_and_leave_the_bytes_of_each_alone(tmp_path, monkeypatch):
+    shared: list[list[Batch]] = []
+
+    def noted(*given, **named) -> list[Batch]:
+        shared.append(make_batches(*given, **named))
+        return shared[-1]
+
+    monkeypatch.setattr(driver, "make_batches", noted)
+    points = [small(tmp_path / f"together_{place}", environment="urban", **point) for place, point in enumerate(POINTS)]
+    driver.evolve(points)
+    [[batch]] = shared
+    assert len(batch.tasks) == sum(point.instances for point in points)
+    assert batch.rollout.native
+    found = [saved(Path(point.run_dir)) for point in points]
+    assert len({one["generations.jsonl"] for one in found}) == len(points)
+    for place, point in enumerate(points):
+        alone = dataclasses.replace(point, run_dir=str(tmp_path / f"alone_{place}"))
+        driver.evolve([alone])
+        assert saved(Path(alone.run_dir)) == found[place]
+
+
+def test_only_sizes_and_parts_keep_runs_apart_where_the_native_chunk_computes():
+    keys = [driver.batch_key(small(**point)) for point in POINTS]
+    assert len(set(keys)) == 1
+    assert len({*keys, *(driver.batch_key(small(**point)) for point in APART)}) == 1 + len(APART)
+    off = Compute(devices=1, chunk=50, native="off")
+    assert len({driver.batch_key(small(compute=off, **point)) for point in POINTS}) == len(POINTS)
+
+
+def test_a_policy_is_deployed_in_each_run_with_its_own_values():
+    runs = [small(**point) for point in POINTS]
+    policy = load_decision_list("designed")
+    together = driver.deploy_in_runs(runs, policy, deployments=2)
+    for settings, found in zip(runs, together, strict=True):
+        [alone] = driver.deploy_in_runs([settings], policy, deployments=2)
+        assert [[one.fitness for one in each] for each in found] == [[one.fitness for one in each] for each in alone]
+    assert len({found[0][0].fitness for found in together}) > 2
