@@ -35,14 +35,26 @@ class Informed(Slcs2):
     @property
     def finished(self) -> bool:
         """All generations are made, or with `search.episodes` the one final, which takes the last of them."""
+        if not self._final_fits:
+            return super().finished
         ended = self._last is not None and self.generation >= self._last + self._schedule.length
         return ended or self.generation >= self.settings.generations
+
+    @property
+    def _final_fits(self) -> bool:
+        """Does `search.episodes` allow more than a final? Else there is none."""
+        return self.settings.episodes is None or self._final_costs < self.settings.episodes
+
+    @property
+    def _final_costs(self) -> int:
+        """Deployments of a final."""
+        return self._schedule.length * self._each(self.settings.final_deployments)
 
     def ask(self, count: int = 1) -> list[Solution]:
         """See `Search.ask`: not beyond a round of a final, since the next one depends on it."""
         if not self._asked and not self.finished:
-            most, final = self.settings.episodes, self._schedule.length * self._each(self.settings.final_deployments)
-            if most is not None and self._last is None and self.episodes + final >= most:
+            most = self.settings.episodes if self._final_fits else None
+            if most is not None and self._last is None and self.episodes + self._final_costs >= most:
                 self._last = self.generation
             count = min(max(1, count), self._stop(self.generation) - self.generation)
         return super().ask(count)

@@ -242,6 +242,16 @@ def test_episodes_end_with_one_final(make):
     assert search.best.evaluation.deployments >= 4
 
 
+@pytest.mark.parametrize("episodes", [1, 7, 18])
+def test_episodes_that_do_not_cover_a_final_are_spent_without_one(make, episodes):
+    search = search_of(make, episodes=episodes, generations=500)
+    while not search.finished:
+        assert all(search._turn(solution.generation) is None for solution in search.ask())
+        step(search)
+    assert episodes <= search.episodes < episodes + 6
+    assert search.best.evaluation.deployments >= 1
+
+
 @pytest.mark.parametrize("batch", [1, 4])
 @pytest.mark.parametrize("early", [1, 3, 8])
 def test_a_resumed_search_ends_by_its_episodes_alike(make, batch, early):
