@@ -24,7 +24,7 @@ slcs2 suite train ENTRY [option=value ...]: train an entry on train seeds, choos
 slcs2 suite evaluate ENTRY [option=value ...]: deploy it in the test worlds, and print its row beside the others'
 slcs2 suite table [option=value ...]: rows of all entries that were evaluated; out=FOLDER for a page, Markdown and CSV
 
-ENTRY is one of slcs2 suite list, or yours: a decision list (.txt), a search by its settings (.yaml), a saved solution
+ENTRY is one of slcs2 suite list, or yours: a decision list (.txt), a training by its settings (.yaml), a saved solution
 or policy (.npz), or the name of a policy that plugins=[my_module] brings; several with commas between them.
 
   world=A,B          some of the worlds; all by default
@@ -163,16 +163,27 @@ def _train(
     entries: list[Entry], worlds: list[SuiteWorld], root: Path, compute: Compute, counts: dict[str, int | None]
 ) -> None:
     from slcs2_jax.results import Progress
-    from slcs2_jax.suite.training import plan, train
+    from slcs2_jax.suite.training import made, plan, train
 
     limits = {name: counts[name] for name in ("trainings", "episodes")}
     trainings = [one for entry in entries for one in plan(entry, worlds, root, compute=compute, **limits)]
-    most = max(one.settings.search.generations for one in trainings)
-    with Progress(most, afterwards="now the validation worlds") as report:
-        made = train(trainings, report)
-    for path in made:
+    going = [one for one in trainings if not made(one)]
+    searches = [one for one in going if not one.entry.algorithm]
+    found = []
+    if searches:
+        most = max(one.settings.search.generations for one in searches)
+        with Progress(most, afterwards="now the validation worlds") as report:
+            found += train(searches, report)
+    for entry in entries:
+        for world in worlds:
+            here = [one for one in going if entry.algorithm and one.entry is entry and one.world is world]
+            if here:
+                budgets = sum(one.budget for one in here)
+                with Progress(budgets, label=f"{entry.name}, {world.name}: env-step") as report:
+                    found += train(here, report)
+    for path in found:
         print(f"artefact {terminal(str(path))}")
-    print(f"{len(made)} trained, {len(trainings) - len(made)} were there", flush=True)
+    print(f"{len(found)} trained, {len(trainings) - len(found)} were there", flush=True)
 
 
 def _evaluate(

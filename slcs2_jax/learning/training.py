@@ -125,7 +125,8 @@ class Training(abc.ABC):
 
     def _keep(self, name: str) -> BoundPolicy:
         policy = self.policy()
-        self.folder.save_policy(policy, {"algorithm": self.algorithm, "env_steps": self.env_steps}, name)
+        about = {"algorithm": self.algorithm, "env_steps": self.env_steps, "episodes": self.episodes}
+        self.folder.save_policy(policy, about, name)
         return policy
 
 

@@ -34,7 +34,9 @@ class SavedPolicy:
     about: Mapping[str, Any]
 
 
-def save_policy(path: str | Path, name: str, given: Any, about: Mapping[str, Any] | None = None) -> None:
+def save_policy(
+    path: str | Path, name: str, given: Any, about: Mapping[str, Any] | None = None, *, inside: Path | None = None
+) -> None:
     """Write a policy's parameters, whole or not at all.
 
     Args:
@@ -42,6 +44,7 @@ def save_policy(path: str | Path, name: str, given: Any, about: Mapping[str, Any
         name: that the policy is registered under.
         given: nested dictionaries with text keys, lists and tuples of arrays of numbers.
         about: remarks, JSON-able.
+        inside: a folder that the file must lie in, through no link; None for anywhere.
 
     Raises:
         InputError: something else than these.
@@ -49,7 +52,8 @@ def save_policy(path: str | Path, name: str, given: Any, about: Mapping[str, Any
     """
     arrays: dict[str, NDArray[Any]] = {}
     tree = _pack(given, arrays, 0)
-    write_archive(path_of("path", path), FORMAT, arrays, {"policy": name, "tree": tree, "about": dict(about or {})})
+    content = {"policy": name, "tree": tree, "about": dict(about or {})}
+    write_archive(path_of("path", path), FORMAT, arrays, content, inside=inside)
 
 
 def load_policy(path: str | Path) -> SavedPolicy:

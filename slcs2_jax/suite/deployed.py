@@ -16,6 +16,7 @@ from slcs2_jax.results.policy_file import FORMAT as POLICY_FORMAT
 from slcs2_jax.results.policy_file import load_policy
 from slcs2_jax.running.deployable import Deployable
 from slcs2_jax.suite.entries import Entry, artefact
+from slcs2_jax.suite.networks import network_in
 from slcs2_jax.suite.worlds import SuiteWorld
 
 _POLICY = POLICY_FORMAT.rpartition(" ")[0]  # stands in the complaint about the format of what is no solution
@@ -42,11 +43,12 @@ def ready(entry: Entry, world: SuiteWorld, seed: int, roots: Sequence[Path], tra
     Raises:
         InputError: an entry that has not been trained for this world, or a file that is damaged or of another version.
     """
-    settings = world.settings(seed, entry.settings)
+    settings = world.settings(seed, None if entry.algorithm else entry.settings)
     if entry.trained:
         files = [_trained(entry, world, number, roots) for number in trainings]
         digest = hashlib.sha256(b"".join(hashlib.sha256(read_file(file, _LARGEST)).digest() for file in files))
-        return Ready([policy_in(file) for file in files], settings, digest.hexdigest())
+        opened = network_in if entry.algorithm else policy_in
+        return Ready([opened(file) for file in files], settings, digest.hexdigest())
     if entry.path is not None:
         policy = policy_in(entry.path)
         if isinstance(policy, SavedSolution):  # how many rules, and how they learn, is its own
@@ -76,4 +78,7 @@ def policy_in(file: Path) -> Deployable:
         if _POLICY not in str(error):
             raise
     saved = load_policy(file)
-    return bind(saved.name, saved.given)
+    try:
+        return bind(saved.name, saved.given)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None

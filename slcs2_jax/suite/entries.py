@@ -1,7 +1,8 @@
 """Entries: what takes part. Each is one readable file in entries/, or a file or plug-in of a user's.
 
 - NAME.txt: a decision list, for every world alike; the first line says its title.
-- NAME.yaml: a search by its settings, trained for each world: `title`, `about`, `settings`.
+- NAME.yaml: a search by its settings, trained for each world: `title`, `about`, `settings`; or the training of a
+  network: `algorithm` too, and `budget`.
 - a user's .npz: a saved solution or policy; or the name of a policy that plugins= brings.
 """
 
@@ -26,13 +27,18 @@ from slcs2_jax.config.yaml_text import parse_yaml
 if TYPE_CHECKING:
     from slcs2_jax.policy.decision_list import DecisionList
 
-HAND_MADE, EVOLVED, YOURS = "hand-made", "evolved", "yours"
+HAND_MADE, EVOLVED, LEARNED, YOURS = "hand-made", "evolved", "learned", "yours"
+ALGORITHMS = ("ippo", "strategy")  # of slcs2_jax.learning, which would start JAX
 ORDER = (
     *("direct_delivery", "first_contact", "relay_chain", "geographic", "virtual_forces", "designed"),
     *("random", "slcs2", "ailta", "informed", "dominated_novelty", "map_elites"),
+    *("ippo", "ippo_recurrent", "strategy"),
 )
 _SECTIONS = ("search", "knowledge", "learning", "rules", "acceptance", "exchange", "grammar")  # what an entry may set
-_OF_THE_SUITE = ("search.episodes", "generations", "search.generations", "search.fresh_deployments")
+_OF_THE_SUITE = (
+    *("search.episodes", "generations", "search.generations", "search.fresh_deployments"),
+    *("ippo.snapshot", "strategy.snapshot"),
+)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}\Z", re.ASCII)
 _LARGEST = 2**24  # bytes of a user's file
 _LONGEST = 80  # letters of a title
@@ -44,11 +50,13 @@ class Entry:
 
     Attributes:
         name, title, about: in commands and files; for people.
-        field: hand-made, evolved, or yours.
-        content: of a decision list its text, of a search its configuration; "" for a file or a plug-in.
-        settings: of a search, by their paths; None of what is not trained.
+        field: hand-made, evolved, learned, or yours.
+        content: of a decision list its text, of a training its configuration; "" for a file or a plug-in.
+        settings: of a training, by their paths; None of what is not trained.
+        algorithm: that trains a network, by its name; "" of all else. settings are its own then.
+        budget: of a network, the share of the suite's env-steps that a training spends.
         path: of a user's .npz file.
-        digest: SHA-256, hex, of what it is; of a search, of its configuration.
+        digest: SHA-256, hex, of what it is; of a training, of its configuration.
     """
 
     name: str
@@ -58,6 +66,8 @@ class Entry:
     digest: str
     content: str = ""
     settings: Mapping[str, Any] | None = None
+    algorithm: str = ""
+    budget: float = 1.0
     path: Path | None = None
 
     @property
@@ -85,7 +95,7 @@ def shipped() -> dict[str, Entry]:
             text = (resources.files("slcs2_jax.policy") / "designed.txt").read_text(encoding="utf-8")
             found[name] = _list(name, text, HAND_MADE)
         elif name in texts:
-            found[name] = _search(name, (folder / texts[name]).read_text(encoding="utf-8"), EVOLVED)
+            found[name] = _training(name, (folder / texts[name]).read_text(encoding="utf-8"))
         else:
             found[name] = _list(name, (folder / f"{name}.txt").read_text(encoding="utf-8"), HAND_MADE)
     return found
@@ -116,7 +126,7 @@ def entry_named(name: str) -> Entry:
     if path.suffix == ".npz":
         return Entry(stem, stem, "", YOURS, hashlib.sha256(data).hexdigest(), path=path)
     try:
-        return _list(stem, text, YOURS) if path.suffix == ".txt" else _search(stem, text, YOURS)
+        return _list(stem, text, YOURS) if path.suffix == ".txt" else _training(stem, text, YOURS)
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
 
@@ -147,22 +157,50 @@ def _list(name: str, text: str, of: str) -> Entry:
     return Entry(name, title, about, of, digest, content=text)
 
 
-def _search(name: str, text: str, of: str) -> Entry:
-    """A search by its settings. Raises InputError for anything else."""
+def _training(name: str, text: str, of: str | None = None) -> Entry:
+    """A search or the training of a network, by its settings. Raises InputError for anything else."""
     said = parse_yaml(text)
-    keys = ("title", "about", "settings")
-    if not isinstance(said, dict) or set(said) - set(keys) or not isinstance(said.get("settings"), dict):
-        raise InputError(f"a training's configuration has {', '.join(keys)} and nothing else, settings a mapping")
+    keys = {"title", "about", "settings"}
+    network = isinstance(said, dict) and "algorithm" in said
+    known = keys | {"algorithm", "budget"} if network else keys
+    if not isinstance(said, dict) or set(said) - known or not isinstance(said.get("settings"), dict):
+        raise InputError(
+            "a training's configuration has title, about, settings and nothing else, settings a mapping; that of a "
+            "network has algorithm, too, and budget"
+        )
     settings = flatten(said["settings"])
+    title, about = str(said.get("title", name))[:_LONGEST], " ".join(str(said.get("about", "")).split())
+    if network:
+        how = _network(said, settings)
+        digest = hashlib.sha256(repr((*how, sorted(settings.items()))).encode()).hexdigest()
+        algorithm, budget = how
+        return Entry(name, title, about, of or LEARNED, digest, text, settings, algorithm, budget)
+    _check_search(settings)
+    digest = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
+    return Entry(name, title, about, of or EVOLVED, digest, content=text, settings=settings)
+
+
+def _check_search(settings: Mapping[str, Any]) -> None:
+    """Raise InputError unless an entry may set these."""
     paths = accepted_paths()
     for path in settings:
         if path not in paths:
             raise unknown_setting(path)
         if path in _OF_THE_SUITE or (paths[path][0] or path) not in _SECTIONS:
             raise refuse("settings", path, f"settings of {', '.join(_SECTIONS)}, but no budget: the suite gives it")
-    title, about = str(said.get("title", name))[:_LONGEST], " ".join(str(said.get("about", "")).split())
-    digest = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
-    return Entry(name, title, about, of, digest, content=text, settings=settings)
+
+
+def _network(said: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[str, float]:
+    """Algorithm and budget. Raises InputError; the settings themselves are checked where they are trained with."""
+    algorithm, budget = said["algorithm"], said.get("budget", 1.0)
+    if algorithm not in ALGORITHMS:
+        raise refuse("algorithm", algorithm, f"one of {', '.join(ALGORITHMS)}")
+    if type(budget) not in (int, float) or not 0 < budget <= 1:
+        raise refuse("budget", budget, "a share of the suite's env-steps, above 0 and at most 1")
+    for path in settings:
+        if path in _OF_THE_SUITE:
+            raise refuse("settings", path, f"settings of {algorithm} and network, but no {path}: the suite gives it")
+    return algorithm, float(budget)
 
 
 def artefact(entry: Entry, world: str, training: int, roots: Sequence[Path]) -> Path | None:

@@ -1,8 +1,9 @@
-"""Training by a search: on train seeds, chosen on validation seeds, each training a run of its own that resumes.
+"""Training: on train seeds, chosen on validation seeds, each training a run of its own that resumes.
 
-Training r of an entry for a world evolves in the world of train seed r, as the paper's searches do. Its candidates, the
-best and the fittest that it held on to at its end, are then deployed in the validation worlds; the fittest there is the
-artefact. Nothing of the test worlds is looked at.
+Training r of a search for a world evolves in the world of train seed r, as the paper's searches do; that of a network
+draws its episodes from all train seeds. Its candidates, the best and the fittest that a search held on to at its end,
+or the networks kept on the way, are then deployed in the validation worlds; the fittest there is the artefact. Nothing
+of the test worlds is looked at.
 
 ROOT/runs/ENTRY/WORLD/training_R is the run's folder, ROOT/artefacts/ENTRY/WORLD/training_R.npz the artefact, and beside
 it training_R.json says what was spent and how the candidates fared.
@@ -11,8 +12,8 @@ it training_R.json says what was spent and how the candidates fared.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +22,15 @@ import numpy as np
 from slcs2_jax import runtime
 from slcs2_jax.config import Compute, InputError, Settings
 from slcs2_jax.config.door import present
+from slcs2_jax.policy.bound import BoundPolicy
+from slcs2_jax.policy.trained_network import NAME
 from slcs2_jax.results import Report, SavedSolution, read_run
 from slcs2_jax.results.documents import read_document, write_document
 from slcs2_jax.results.files import storing
+from slcs2_jax.results.policy_file import save_policy
 from slcs2_jax.running import driver
 from slcs2_jax.running.evaluator import Evaluator
+from slcs2_jax.suite import networks
 from slcs2_jax.suite.entries import Entry
 from slcs2_jax.suite.measured import make_folders
 from slcs2_jax.suite.worlds import SuiteWorld
@@ -38,7 +43,8 @@ KIND, VERSION = "suite training", 1
 class Training:
     """One training that is to be made, or was.
 
-    number: from 0; also that of its train seed. settings: of its run, with its folder.
+    number: from 0; also that of its train seed. settings: of its run, with its folder. budget: of a search in episodes,
+    of a network in env-steps. changes: of a network, the settings of its algorithm.
     """
 
     entry: Entry
@@ -46,6 +52,8 @@ class Training:
     number: int
     root: Path
     settings: Settings
+    budget: int
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -74,7 +82,8 @@ def plan(
 ) -> list[Training]:
     """All trainings of an entry for these worlds.
 
-    trainings: how many for each world; by default as the suite says. episodes: in place of the budget, for a trial.
+    trainings: how many for each world; by default as the suite says. episodes: in place of the budget, for a trial; of
+    a network, env-steps of so many whole episodes.
 
     Raises InputError for an entry that is not trained, or a setting that does not fit.
     """
@@ -84,11 +93,18 @@ def plan(
     for world in worlds:
         for number in range(world.trainings if trainings is None else trainings):
             seed = world.seeds_of("train")[number]
-            budget = world.episodes if episodes is None else episodes
-            settings = world.settings(seed, {**(entry.settings or {}), **_budget(entry, budget)})
             folder = root / "runs" / entry.name / world.name / f"training_{number}"
+            if entry.algorithm:
+                whole = max(1, int(entry.budget * world.env_steps))
+                budget = whole if episodes is None else episodes * world.time_limit
+                said, settings = networks.changes(entry, budget, CANDIDATES), world.settings(seed)
+            else:
+                budget = world.episodes if episodes is None else episodes
+                said, settings = {}, world.settings(seed, {**(entry.settings or {}), **_budget(entry, budget)})
             settings = dataclasses.replace(settings, run_dir=str(folder), compute=compute)
-            found.append(Training(entry=entry, world=world, number=number, root=root, settings=settings))
+            found.append(Training(
+                entry=entry, world=world, number=number, root=root, settings=settings, budget=budget, changes=said
+            ))  # fmt: skip
     return found
 
 
@@ -103,34 +119,57 @@ def _budget(entry: Entry, episodes: int) -> dict[str, Any]:
 
 
 def train(trainings: Sequence[Training], report: Report) -> list[Path]:
-    """Make all that are missing, together where they can share a batch, then choose; the artefacts that were made.
+    """Make all that are missing, searches together where they can share a batch, then choose; the artefacts made.
+
+    Of networks the report is told of the env-steps of all of these trainings, one after another.
 
     Raises InputError if a world's checksum differs, or a folder holds something else; StorageError; Stopped, everything
     saved, so that the same call goes on.
     """
     for world in {one.world.name: one.world for one in trainings}.values():
         world.check()
-    going = [one for one in trainings if not _made(one)]
+    going = [one for one in trainings if not made(one)]
     if not going:
         return []
     for one in going:
         make_folders(one.root, Path(str(one.settings.run_dir)).parent)
     runtime.configure(going[0].settings.compute)
-    driver.evolve([one.settings for one in going], report=report)
-    evaluators: dict[str, Evaluator] = {}  # kept, so that a world's program is compiled once
+    searches = [one.settings for one in going if not one.entry.algorithm]
+    if searches:
+        driver.evolve(searches, report=report)
+    evaluators: dict[tuple[str, str], Evaluator] = {}  # kept, so that a world's program is compiled once
+    before = 0
     for one in going:
+        if one.entry.algorithm:
+            networks.train(one.entry, one.world, one.settings, one.budget, one.changes, _Following(report, before))
+            before += one.budget
         report.note(f"{one.entry.name}, {one.world.name}, training {one.number}: choosing by the validation worlds")
         settings = dataclasses.replace(one.settings, run_dir=None)
-        _choose(one, evaluators.setdefault(one.world.name, Evaluator(settings)))
+        place = (one.entry.name, one.world.name)
+        _choose(one, evaluators.setdefault(place, Evaluator(settings)))
     return [one.artefact for one in going]
 
 
-def _made(training: Training) -> bool:
+@dataclass(frozen=True)
+class _Following:
+    """A report of a training that follows others, whose env-steps were `before` in all."""
+
+    report: Report
+    before: int
+
+    def generation(self, *, done: Sequence[int], **figures: Any) -> None:
+        self.report.generation(done=[self.before + sum(done)], **figures)
+
+    def note(self, text: str) -> None:
+        self.report.note(text)
+
+
+def made(training: Training) -> bool:
     """Is its artefact there? Raises InputError if it is that of another configuration."""
     if not (present(training.artefact) and present(training.record)):
         return False
     said = read_record(training.record)
-    expected = (training.entry.digest, training.world.sha256, training.settings.search.episodes)
+    expected = (training.entry.digest, training.world.sha256, training.budget)
     if (said["digest"], said["sha256"], said["budget"]) != expected:
         raise InputError(
             f"{training.artefact}: was trained by another configuration, for other worlds or with another "
@@ -165,26 +204,39 @@ def candidates(settings: Settings) -> list[SavedSolution]:
 def _choose(training: Training, evaluator: Evaluator) -> None:
     """Deploy the candidates once in each validation world, and save the fittest and what was spent."""
     world = training.world
-    held = candidates(training.settings)
+    held, said = _held(training)
     found = evaluator(held, [world.scenario(seed) for seed in world.seeds_of("validation")])
     fitness = found.fitness[:, :, 0]  # [candidates, worlds]
-    chosen = int(np.argmax(fitness.mean(axis=1)))  # of equals the fitter in training
+    chosen = int(np.argmax(fitness.mean(axis=1)))  # of equals the fitter in training, or the network trained longer
     make_folders(training.root, training.folder)
-    summary = read_run(str(training.settings.run_dir)).summary or {}
-    [instance] = summary["instances"]
-    bare(held[chosen]).save(training.artefact, inside=training.root)
+    best = held[chosen]
+    if isinstance(best, SavedSolution):
+        bare(best).save(training.artefact, inside=training.root)
+    else:
+        about = {"algorithm": training.entry.algorithm, "env_steps": said["kept_after"][chosen]}
+        save_policy(training.artefact, NAME, best.given, about, inside=training.root)
     content = {
         "digest": training.entry.digest,
         "sha256": world.sha256,
-        "budget": training.settings.search.episodes,
-        "episodes": instance["evaluations"],
-        "env_steps": instance["env_steps"],
+        "budget": training.budget,
         "validation_episodes": int(fitness.size),
         "validation_env_steps": int(found.steps.sum()),
         "validation": [[round(float(value), 6) for value in row] for row in fitness],
         "chosen": chosen,
+        **said,
     }
     write_document(training.record, KIND, VERSION, content, inside=training.root)
+
+
+def _held(training: Training) -> tuple[Sequence[SavedSolution | BoundPolicy], dict[str, Any]]:
+    """The candidates of a training that has ended, the fittest or longest trained first, and what the record says."""
+    folder = Path(str(training.settings.run_dir))
+    if training.entry.algorithm:
+        kept = networks.candidates(folder)
+        episodes, env_steps = networks.spent(folder)
+        return list(kept.values()), {"episodes": episodes, "env_steps": env_steps, "kept_after": list(kept)}
+    [instance] = (read_run(str(folder)).summary or {})["instances"]
+    return candidates(training.settings), {"episodes": instance["evaluations"], "env_steps": instance["env_steps"]}
 
 
 def bare(solution: SavedSolution) -> SavedSolution:
