@@ -106,7 +106,7 @@ def advance(settings: Any, batch: int) -> tuple[str, int]:
     from jax.sharding import Mesh
 
     from benchmarks.workload import random_workload
-    from slcs2_jax import rollout
+    from slcs2_jax import programs, rollout
     from slcs2_jax.episode import Parameters
     from slcs2_jax.policy.rules import Rules
     from slcs2_jax.world.arena import wall_capacity
@@ -115,13 +115,14 @@ def advance(settings: Any, batch: int) -> tuple[str, int]:
     agents, rules = settings.swarm.agents, settings.rules.rules
     shape = rollout.Shape(agents, 1 + max(workload.channels), wall_capacity(workload.scenarios))
     parameters = Parameters.of(settings, language=workload.language)
-    given = rollout._vacant(shape, Rules.like(rules, agents, workload.language), batch)
+    vacant = rollout._vacant(shape, Rules.like(rules, agents, workload.language), batch)
+    given = (*vacant, np.zeros((2, batch), np.uint32))
     leaves, structure = jax.tree.flatten((given, parameters))
     described = tuple(jax.ShapeDtypeStruct(leaf.shape, leaf.dtype) for leaf in leaves)
     periods = max(1, round(settings.compute.chunk / settings.swarm.sharing_period))
     device = topologies.get_topology_desc(platform="cuda", target_config=DEVICE.read_text(), topology="1x1x1").devices
-    mesh = Mesh(np.array(device), (rollout.AXIS,))
-    _, program, _ = rollout._programs(mesh, periods, structure, described, False)
+    mesh = Mesh(np.array(device), (programs.AXIS,))
+    _, program, _ = programs._programs(mesh, periods, structure, described)
     return program.as_text(), periods * settings.swarm.sharing_period
 
 
