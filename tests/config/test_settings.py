@@ -66,8 +66,8 @@ def test_defaults_are_the_specifications():
         (lambda: Search(generations=0), "generations=0: accepted is a whole number from 1 to 10000000"),
         (
             lambda: Search(acceptance="novel"),
-            "acceptance=novel: accepted is one of domination, ailta, best, map_elites, dominated_novelty, or a name that "
-            "plugins= brings",
+            "acceptance=novel: accepted is one of domination, ailta, best, map_elites, dominated_novelty, or a name "
+            "that plugins= brings",
         ),
         (lambda: Search(exchange="maybe"), "exchange=maybe: accepted is true or false"),
         (lambda: Compute(devices=0), "compute.devices=0: accepted is a whole number from 1 to 1024 or null"),
