@@ -121,7 +121,6 @@ def measure_points(options: argparse.Namespace, found: Sequence[Point], compute:
     about: dict[str, dict[str, Any]] = {}
     for point in found:
         workload = _workload(point, compute).cut(options.steps)
-        before = _bytes()
         rollout = batch.make_rollout(workload, point.batch)
         name = f"{point.factor} {point.value}"
         about[name] = {
@@ -129,7 +128,7 @@ def measure_points(options: argparse.Namespace, found: Sequence[Point], compute:
             "value": point.value,
             "slots": rollout.slots,
             "compile_seconds": rollout.compile_seconds,
-            "device_bytes_per_slot": (_bytes() - before) / rollout.slots,
+            "bytes_per_slot": rollout.held_bytes / rollout.slots,
         }
         batch.play(rollout, workload.cut(1).job, point.batch, rollout.steps_per_chunk)  # what happens once
         contestants[name] = partial(batch.play, rollout, workload.job, point.batch, options.steps)
@@ -158,13 +157,6 @@ def _workload(point: Point, compute: Compute) -> Any:
     return dataclasses.replace(workload, scenarios=(with_walls(denser, point.walls),) * 16)
 
 
-def _bytes() -> int:
-    """Of all arrays on the devices."""
-    import jax
-
-    return sum(array.nbytes for array in jax.live_arrays())
-
-
 def _doubling(most: int) -> tuple[int, ...]:
     return tuple(sorted({most, *(2**k for k in range(most.bit_length()) if 2**k <= most)}))
 
@@ -191,7 +183,7 @@ def _table(factor: str, rows: Sequence[dict[str, Any]]) -> str:
             figure(row["microseconds_per_env_step"]["median"]),
             f"{row['useful_share']:.1%}",
             figure(row["compile_seconds"]),
-            figure(row["device_bytes_per_slot"] / 1e3),
+            figure(row["bytes_per_slot"] / 1e3),
         ])  # fmt: skip
     return markdown(header, lines)
 

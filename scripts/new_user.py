@@ -203,7 +203,7 @@ def epsilon(reader: Reader) -> str:
 
 def unit(reader: Reader) -> str:
     """Find the unit of d_th."""
-    reader.look_for("d_th", r"d_th\s+50 m|d_th, the fixed distance")
+    reader.look_for("unit of d_th", r"d_th\s+50 m|d_th, the fixed distance")
     return reader.read(r"d_th\s+50 m|swarm\.distance_threshold\s+50(\.0)?\s+m\s")
 
 

@@ -66,6 +66,11 @@ class CompiledSlots:
         """The text of the program for a chunk."""
         return str(self._advance.as_text())
 
+    @property
+    def held_bytes(self) -> int:
+        """Of the arrays that episodes are in."""
+        return sum(leaf.nbytes for leaf in jax.tree.leaves(self._episode))
+
     def room(self, certain: int) -> int:
         """How many slots there are for the cost of so many episodes: all."""
         return self.computed

@@ -125,6 +125,11 @@ class Rollout:
         self.compile_seconds = time.perf_counter() - start
 
     @property
+    def held_bytes(self) -> int:
+        """Of the arrays that episodes are in, on the devices or the host."""
+        return self._in.held_bytes
+
+    @property
     def steps_per_chunk(self) -> int:
         """Time-steps that ``advance`` makes."""
         return self._periods * self._parameters.sharing_period

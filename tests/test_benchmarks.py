@@ -352,9 +352,9 @@ def test_scaling_in_small(tmp_path):
     for rows in figures["tables"].values():
         for row in rows:
             assert row["useful_share"] == 1
-            assert row["device_bytes_per_slot"] > 1000
+            assert row["bytes_per_slot"] > 1000
             assert row["microseconds_per_env_step"]["median"] > 0
-    agents = [row["device_bytes_per_slot"] for row in figures["tables"]["agents"]]
+    agents = [row["bytes_per_slot"] for row in figures["tables"]["agents"]]
     assert agents[0] < agents[1]
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert sum(line.startswith("|") for line in out.splitlines()) == 3 + 2 * 2

@@ -55,6 +55,11 @@ class NativeSlots:
             lambda leaf: np.repeat(leaf[..., None], slots, axis=-1), self._parameters
         )
 
+    @property
+    def held_bytes(self) -> int:
+        """Of the arrays that episodes are in."""
+        return sum(leaf.nbytes for leaf in jax.tree.leaves(self._held))
+
     def room(self, certain: int) -> int:
         """How many slots there are in one lane group for each thread, or in as many more as so many episodes need.
 

@@ -65,11 +65,17 @@ PIECES = st.sampled_from(["${", "}", "\\", "$", "{", "oc.env:HOME", "seed", "'",
 
 @settings(max_examples=25)
 @example(name="\\${seed}")
-@given(name=st.lists(PIECES, min_size=1, max_size=6).map("".join).filter(str.strip))
+@given(name=st.lists(PIECES, min_size=1, max_size=6).map("".join).filter(lambda text: text.strip() and text != "???"))
 def test_texts_of_a_saved_solution_are_taken_as_they_are(name):
     """`${...}` would be looked up: in a file from elsewhere it must mean nothing."""
     evolved = dataclasses.replace(EVOLVED, rules=dataclasses.replace(EVOLVED.rules, grammar=name))
     assert deploy("seed=3", solution=evolved).rules.grammar == name
+
+
+def test_a_text_that_means_a_missing_value_is_refused():
+    evolved = dataclasses.replace(EVOLVED, rules=dataclasses.replace(EVOLVED.rules, grammar="???"))
+    with pytest.raises(InputError, match=r"grammar: has no default; accepted is .*grammar=VALUE"):
+        deploy("seed=3", solution=evolved)
 
 
 def test_another_file_of_a_world_takes_the_place_of_the_solutions(tmp_path):
