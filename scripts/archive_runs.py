@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tarfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from slcs2_jax.config import InputError
@@ -20,11 +21,12 @@ KEPT = ("config.yaml", "grammar.bnf", "generations.jsonl", "summary.json", "timi
 WINNERS = "solutions/*_best.npz"
 
 
-def files_of(run: Path) -> list[Path]:
-    """What is kept of a run; nothing of one that has not ended."""
+def files_of(run: Path, winners: Sequence[str] | None) -> list[Path]:
+    """What is kept of a run; nothing of one that has not ended. Its winners if a folder above it is one of those."""
     if read_run(run).summary is None:
         return []
-    return sorted([*(run / name for name in KEPT if (run / name).is_file()), *run.glob(WINNERS)])
+    kept = [run / name for name in KEPT if (run / name).is_file()]
+    return sorted([*kept, *run.glob(WINNERS)] if winners is None or {*winners} & {*run.parts} else kept)
 
 
 def plain(member: tarfile.TarInfo) -> tarfile.TarInfo:
@@ -39,10 +41,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("root", type=Path, help="folder of an experiment, or any with runs below it")
     parser.add_argument("out", type=Path, help="file to make, .tar.xz; replaced if it is there")
+    parser.add_argument("--winners", nargs="*", metavar="ARM", help="of these arms alone; of all, if it is left out")
     arguments = parser.parse_args()
     if not arguments.root.is_dir():
         raise InputError(f"root={arguments.root}: no such folder; accepted is one with runs of slcs2")
-    runs = [files for folder in folders_with_config(arguments.root) if (files := files_of(folder))]
+    runs = [files for folder in folders_with_config(arguments.root) if (files := files_of(folder, arguments.winners))]
     partial = arguments.out.with_name(arguments.out.name + ".partial")
     with tarfile.open(partial, "w:xz", preset=9) as archive:
         for file in (file for files in runs for file in files):

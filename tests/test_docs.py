@@ -83,6 +83,21 @@ def test_every_setting_of_a_training_has_its_row():
         assert all(f"\n| `{field.name}` | " in table for field in described(section))
 
 
+def test_the_table_of_searches_is_that_of_the_runs():
+    folder = DOCS / "results" / "searches"
+    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end", text("results/searches/README.md"), re.M | re.S)
+    assert shown is not None
+    arms = ["informed search, 150 episodes", "random search with knowledge, 150 episodes",
+            "the best of two starters, 150 episodes", "knowledge alone", "SLCS2, 150 episodes", "designed"]  # fmt: skip
+    with (folder / "searches_150_fitness.csv").open(encoding="utf-8") as file:
+        figures = {(row["world"], row["arm"]): float(row["fresh mean"]) for row in csv.DictReader(file)}
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
+    assert len(rows) == 10
+    for world, *cells in rows:
+        said = [float(cell.replace("−", "-")) for cell in cells]
+        assert said == [round(figures[world, arm], 3) for arm in arms], world
+
+
 def test_the_table_of_results_is_that_of_the_runs():
     shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", text("results/index.md"), re.M | re.S)
     assert shown is not None
