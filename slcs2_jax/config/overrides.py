@@ -118,7 +118,7 @@ def text_of(overrides: Sequence[str], name: str) -> str | None:
         if typed.partition("=")[0] == name:
             override = _parsed(_quoted(typed), typed)
             if override.is_sweep_override():
-                raise refuse(name, override.get_value_element_as_str(), "one text")
+                raise refuse(name, typed.partition("=")[2], "one text")
             value = override.value()
             found = None if value is None else str(value)
     return found
@@ -159,7 +159,7 @@ def _check_options(key: str, override: Any, options: Sequence[str]) -> None:
     accepts = "one of " + ", ".join(options) if options else f"a setting of it, such as those of {key}.*"
     for value in _values(override):
         if not isinstance(value, str):
-            raise refuse(key, override.get_value_element_as_str(), accepts)
+            raise refuse(key, override.input_line.partition("=")[2], accepts)
         if value not in options and "${" not in value:
             raise refuse(key, value, accepts)
 

@@ -108,6 +108,8 @@ def check(arguments: list[str], computed: list[Settings]) -> None:
 @example(command="evolve", experiment=[], rest=["environment=open", "environment=urban"])
 @example(command="evolve", experiment=[], rest=["environment@world=open"])
 @example(command="evolve", experiment=[], rest=["world={buildings: true}"])
+@example(command="evolve", experiment=[], rest=["environment=choice(1,2)"])
+@example(command="evaluate", experiment=[], rest=["solution=choice(1,2)"])
 def test_any_command_line_is_refused_in_one_line_or_makes_settings(command, experiment, rest, computed):
     before = experiment if command == "experiment" else []
     check([command, *before, *rest], computed)
