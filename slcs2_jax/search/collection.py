@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from slcs2_jax.search.held import Held
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.novelty import NoveltyIndex
 from slcs2_jax.search.parts import Verdict
@@ -19,19 +20,15 @@ def domination(
     return np.subtract(fitness_x, fitness_y) - omega * np.asarray(distance)
 
 
-class Collection:
+class Collection(Held):
     """Members that do not dominate each other at the time they meet: fit, or far from those that are fitter."""
 
     def __init__(self, problem: Problem) -> None:
         """`search.omega0` weighs novelty against fitness: omega = omega0 / members."""
+        super().__init__()
         self._omega0 = problem.settings.omega0
         self._shape = problem.shape
-        self._members: list[Member] = []
         self._index = NoveltyIndex(*self._shape)
-
-    def members(self) -> list[Member]:
-        """The members, oldest first."""
-        return list(self._members)
 
     @property
     def omega(self) -> float:
@@ -58,10 +55,6 @@ class Collection:
     def _append(self, member: Member, ids: np.ndarray) -> None:
         self._members.append(member)
         self._index.add(ids)
-
-    def state(self) -> dict[str, Any]:
-        """Nothing besides the members is remembered."""
-        return {}
 
     def restore(self, members: list[Member], state: dict[str, Any]) -> None:
         """Hold exactly these members, in this order."""

@@ -6,11 +6,10 @@ competition in quality-diversity, GECCO 2025 (arXiv 2502.00593).
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from slcs2_jax.search.held import Held
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.parts import Verdict
 from slcs2_jax.search.problem import Problem
@@ -39,16 +38,12 @@ def dominated_novelty(fitness: NDArray[np.float64], descriptors: NDArray[np.floa
     return np.where(count > 0, total / np.maximum(count, 1), np.inf)
 
 
-class DominatedNovelty:
+class DominatedNovelty(Held):
     """The `search.population` solutions of the greatest dominated novelty; each newcomer puts the least out."""
 
     def __init__(self, problem: Problem) -> None:
+        super().__init__()
         self._most = problem.settings.population
-        self._members: list[Member] = []
-
-    def members(self) -> list[Member]:
-        """The members, oldest first."""
-        return list(self._members)
 
     def consider(self, newcomer: Member) -> Verdict:
         """See `Acceptance`; the verdict's novelty is the newcomer's dominated novelty, if any other is fitter."""
@@ -64,11 +59,3 @@ class DominatedNovelty:
         accepted = leaving is not newcomer
         removed = (leaving.generation,) if accepted else ()
         return Verdict(accepted=accepted, novelty=novelty, removed=removed, size=len(self._members))
-
-    def state(self) -> dict[str, Any]:
-        """Nothing besides the members is remembered."""
-        return {}
-
-    def restore(self, members: list[Member], state: dict[str, Any]) -> None:
-        """Hold exactly these members, in this order."""
-        self._members = list(members)

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from slcs2_jax.search.held import Held
 from slcs2_jax.search.member import Member
 from slcs2_jax.search.novelty import novelty
 from slcs2_jax.search.parts import Verdict
 from slcs2_jax.search.problem import Problem
 
 
-class Best:
+class Best(Held):
     """The `search.population` fittest solutions; of equals the earlier ones stay."""
 
     def __init__(self, problem: Problem) -> None:
+        super().__init__()
         self._most = problem.settings.population
-        self._members: list[Member] = []
-
-    def members(self) -> list[Member]:
-        """The members, oldest first."""
-        return list(self._members)
 
     def consider(self, newcomer: Member) -> Verdict:
         """The newcomer enters while there is room, or if it is fitter than the least fit, which leaves."""
@@ -38,14 +34,6 @@ class Best:
             removed = (last.generation,)
         self._members.append(newcomer)
         return Verdict(accepted=True, novelty=mean, removed=removed, size=len(self._members))
-
-    def state(self) -> dict[str, Any]:
-        """Nothing besides the members is remembered."""
-        return {}
-
-    def restore(self, members: list[Member], state: dict[str, Any]) -> None:
-        """Hold exactly these members, in this order."""
-        self._members = list(members)
 
 
 class Tournament:
