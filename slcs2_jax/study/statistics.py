@@ -144,7 +144,7 @@ def compare(x: Sequence[float] | Values, y: Sequence[float] | Values) -> Compari
         difference=float(first.mean() - second.mean()),
         bootstrap=_bootstrap(first - second),
         p_mann_whitney=p if many else None,
-        p_wilcoxon=_wilcoxon(first - second) if many else None,
+        p_wilcoxon=wilcoxon(first - second) if many else None,
         a12=u / (len(first) * len(second)),
         a12_interval=_a12_interval(first, second),
         significant=_significant(first, second, p),
@@ -193,7 +193,7 @@ def contrast(x: Values, y: Values) -> tuple[float, Interval | None]:
     difference = float(x.mean() - y.mean())
     if len(x) < 2 or len(y) < 2:
         return difference, None
-    return difference, _bca((x, y), lambda a, b, axis: a.mean(axis=axis) - b.mean(axis=axis))
+    return difference, resampled((x, y), lambda a, b, axis: a.mean(axis=axis) - b.mean(axis=axis))
 
 
 def _significant(x: Values, y: Values, p: float) -> bool:
@@ -204,8 +204,8 @@ def _significant(x: Values, y: Values, p: float) -> bool:
     return x.mean() != y.mean() and not first.overlaps(second) and p < ALPHA
 
 
-def _wilcoxon(differences: Values) -> float:
-    """p of equal pairs is 1: nothing speaks for a difference."""
+def wilcoxon(differences: Values) -> float:
+    """p of the two-sided signed-rank test; of equal pairs it is 1: nothing speaks for a difference."""
     if not differences.any():
         return 1.0
     return float(stats.wilcoxon(differences, alternative="two-sided").pvalue)
@@ -244,17 +244,28 @@ def _a12_interval(x: Values, y: Values) -> Interval | None:
 
 
 def _bootstrap(values: Values) -> Interval | None:
-    return _bca((values,), np.mean) if len(values) > 1 else None
+    return resampled((values,), np.mean) if len(values) > 1 else None
 
 
-def _bca(samples: Sequence[Values], statistic: Callable[..., Any]) -> Interval | None:
+def resampled(
+    samples: Sequence[Values],
+    statistic: Callable[..., Any],
+    *,
+    method: str = "BCa",
+    confidence: float = CONFIDENCE,
+    resamples: int = RESAMPLES,
+) -> Interval | None:
+    """Bootstrap interval of a statistic of some samples, each drawn again from itself; the same in every call.
+
+    `statistic` takes arrays [..., n], one to a sample, and their `axis`. None where equal values allow no interval.
+    """
     with _degenerate_allowed():
         found = stats.bootstrap(
             samples,
             statistic,
-            n_resamples=RESAMPLES,
-            confidence_level=CONFIDENCE,
-            method="BCa",
+            n_resamples=resamples,
+            confidence_level=confidence,
+            method=method,
             vectorized=True,
             rng=np.random.default_rng(0),
         ).confidence_interval

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax.config.escape import markdown, terminal
-from slcs2_jax.suite.statistics import Estimate, holm, improvement, interquartile_mean, mean, paired_p, profile
+from slcs2_jax.study.statistics import holm_of
+from slcs2_jax.suite.statistics import Estimate, improvement, interquartile_mean, mean, paired_p, profile
 from slcs2_jax.suite.table import Table
 
 HEADER = (
@@ -69,7 +70,7 @@ def winners(table: Table) -> list[dict[str, Any]]:
         for other in ranked[1:]:
             p_values[world.name, other] = paired_p(*table.paired(ranked[0], other, world.name))
         found.append((world, ranked))
-    corrected = holm(p_values)
+    corrected = {key: p for key, p in zip(p_values, holm_of([*p_values.values()]), strict=True) if p is not None}
     rows = []
     for world, ranked in found:
         means = [float(table.scores(name, world.name).mean()) for name in ranked]

@@ -1,4 +1,4 @@
-"""The statistics of the table, by SciPy: what reinforcement learning asks for today, and tests paired by world.
+"""The statistics of the table: what reinforcement learning asks for today, and tests paired by world.
 
 Interquartile mean, stratified bootstrap intervals, probability of improvement and performance profiles as Agarwal,
 Schwarzer, Castro, Courville and Bellemare, Deep reinforcement learning at the edge of the statistical precipice,
@@ -9,13 +9,14 @@ of its own.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
+
+from slcs2_jax.study.statistics import resampled, wilcoxon
 
 CONFIDENCE = 0.95
 RESAMPLES = 2000  # of every bootstrap; its random numbers are the same in every call
@@ -78,22 +79,7 @@ def paired_p(first: Scores, second: Scores) -> float:
     """Two-sided Wilcoxon signed-rank test of scores in the same worlds; 1 where all are equal."""
     if first.shape != second.shape:
         raise ValueError(f"scores of {len(first)} and {len(second)} worlds: they must be of the same worlds")
-    difference = first - second
-    if not difference.any():
-        return 1.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # so few that it is exact, or ties that it is not
-        return float(stats.wilcoxon(difference, alternative="two-sided").pvalue)
-
-
-def holm(p_values: Mapping[Any, float]) -> dict[Any, float]:
-    """Holm's correction of a family of p-values, by the same keys (Holm 1979)."""
-    order = sorted(p_values, key=lambda key: p_values[key])
-    corrected, greatest = {}, 0.0
-    for place, key in enumerate(order):
-        greatest = max(greatest, min(1.0, (len(order) - place) * p_values[key]))
-        corrected[key] = greatest
-    return {key: corrected[key] for key in p_values}
+    return wilcoxon(first - second)
 
 
 def _estimate(strata: Sequence[Scores], statistic: Callable[[Sequence[Scores]], Any]) -> Estimate:
@@ -108,15 +94,5 @@ def _estimate(strata: Sequence[Scores], statistic: Callable[[Sequence[Scores]], 
     def of_all(*drawn: Scores, axis: int = -1) -> Any:
         return statistic([np.moveaxis(one, axis, -1) for one in drawn])
 
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")  # equal scores have no spread
-        found = stats.bootstrap(
-            tuple(strata),
-            of_all,
-            n_resamples=RESAMPLES,
-            confidence_level=CONFIDENCE,
-            method="percentile",
-            vectorized=True,
-            rng=np.random.default_rng(0),
-        ).confidence_interval
-    return Estimate(value, float(found.low), float(found.high))
+    found = resampled(strata, of_all, method="percentile", confidence=CONFIDENCE, resamples=RESAMPLES)
+    return Estimate(value) if found is None else Estimate(value, *found)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import stats
-from statsmodels.stats.multitest import multipletests
 
-from slcs2_jax.suite.statistics import LEVELS, holm, improvement, interquartile_mean, mean, paired_p, profile
+from slcs2_jax.suite.statistics import LEVELS, improvement, interquartile_mean, mean, paired_p, profile
 
 RNG = np.random.default_rng(0)
 EASY, HARD = RNG.normal(0.8, 0.05, 30), RNG.normal(-0.5, 0.3, 30)
@@ -61,10 +60,3 @@ def test_the_paired_test_is_wilcoxons():
     assert paired_p(EASY, EASY) == 1.0
     shifted = EASY + 0.01
     assert paired_p(shifted, EASY) == pytest.approx(stats.wilcoxon(shifted - EASY).pvalue)
-
-
-def test_holm_is_that_of_statsmodels():
-    p = {name: value for name, value in zip("abcde", [0.01, 0.04, 0.03, 0.5, 0.005], strict=True)}
-    expected = multipletests(list(p.values()), method="holm")[1]
-    assert list(holm(p).values()) == pytest.approx(list(expected))
-    assert list(holm(p)) == list(p)
