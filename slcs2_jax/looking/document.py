@@ -48,28 +48,42 @@ class Blocks:
         return "\n".join(self._made)
 
 
-def document(title: str, template: Traversable, programs: Sequence[Traversable], index: Any, blocks: Blocks) -> str:
-    """The HTML.
+def document(
+    title: str,
+    about: str,
+    main: Traversable,
+    programs: Sequence[Traversable],
+    index: Any,
+    blocks: Blocks,
+    *,
+    apart: str = "",
+) -> str:
+    """The HTML: frame.html with what is the page's own.
 
     Args:
         title: of the page.
-        template: the page's HTML with places such as @@TITLE@@.
+        about: what it shows, in a word or two.
+        main: the HTML of what is below the title.
         programs: scripts beside those that all pages share.
         index: what `showPage` hands to the page's program.
         blocks: further data, by names that the index may hold.
+        apart: " but ...", what is in other files.
     """
     licence = f"/* uPlot\n{_text(_VENDOR / 'LICENSE')}*/"
     shared = [_text(_VENDOR / "uPlot.iife.min.js"), *(_text(_ASSETS / name) for name in _COMMON)]
     parts = {
         "MARK": MARK,
         "TITLE": html.escape(title),
+        "ABOUT": html.escape(about),
+        "APART": html.escape(apart),
+        "MAIN": _text(main),
         "VERSION": html.escape(__version__),
         "STYLE": _text(_VENDOR / "uPlot.min.css") + _text(_ASSETS / "page.css"),
         "INDEX": blocks.json(index),
         "DATA": str(blocks),
         "PROGRAM": "\n".join([licence, *shared, *(_text(one) for one in programs)]),
     }
-    return _PLACE.sub(lambda place: parts[place[1]], _text(template))
+    return _PLACE.sub(lambda place: parts[place[1]], _text(_ASSETS / "frame.html"))
 
 
 def is_page(path: Path) -> bool:

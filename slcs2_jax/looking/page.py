@@ -44,4 +44,6 @@ def page(title: str, shown: Iterable[Shown]) -> str:
         )
     files = resources.files("slcs2_jax.looking") / "page_assets"
     index = {"title": title, "runs": facts, "entries": entries}
-    return document(title, files / "run.html", [files / name for name in _PROGRAMS], index, blocks)
+    return document(
+        title, "Swarms evolved by SLCS2", files / "run.html", [files / name for name in _PROGRAMS], index, blocks
+    )

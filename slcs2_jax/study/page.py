@@ -45,7 +45,9 @@ def write_study_page(
         "runs": [_run(one, pages) for one in by_fresh_mean(report.outcomes)],
     }
     files = resources.files("slcs2_jax.study") / "page_assets"
-    write_text(path, document(title, files / "study.html", [files / "study.js"], index, Blocks()))
+    main, programs = files / "study.html", [files / "study.js"]
+    apart = " but the pages of the runs"
+    write_text(path, document(title, "Runs compared", main, programs, index, Blocks(), apart=apart))
 
 
 def by_fresh_mean(outcomes: tuple[Outcome, ...]) -> list[Outcome]:

@@ -117,7 +117,7 @@ def _page(table: Table, found: Tables, replays: Iterable[tuple[dict[str, Any], b
     title = f"Benchmark {table.suite.version}"
     looking = resources.files("slcs2_jax.looking") / "page_assets"
     programs = [looking / "scene.js", looking / "replay.js", files / "suite.js"]
-    return document(title, files / "suite.html", programs, index, blocks)
+    return document(title, "Entries compared in frozen worlds", files / "suite.html", programs, index, blocks)
 
 
 def _figures(table: Table) -> list[dict[str, Any]]:
