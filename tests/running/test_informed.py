@@ -13,7 +13,7 @@ from slcs2_jax.config import InputError
 from slcs2_jax.config.knowledge import Knowledge
 from slcs2_jax.results.run_folder import checkpoint_limits
 from slcs2_jax.running.driver import batch_key
-from tests.running.test_own_search import Crash, Crasher, results
+from tests.running.crashes import assert_same_however_interrupted, results
 
 SEARCH = {
     "name": "informed",
@@ -48,18 +48,7 @@ def settings(run_dir, *, knowledge: dict | None = None, **search) -> slcs2.Setti
 
 @pytest.mark.parametrize("batch", [1, 5])
 def test_a_run_that_is_interrupted_anywhere_leaves_the_same_bytes(tmp_path, batch):
-    slcs2.evolve(settings(tmp_path / "once", batch=batch))
-    again, crashes = settings(tmp_path / "again", batch=batch), 0
-    for call in (3, 4, 5, 6, 7, 8, 1000):
-        try:
-            slcs2.evolve(again, report=Crasher(call))
-        except Crash:
-            crashes += 1
-    assert crashes >= 2
-    assert results(tmp_path / "again") == results(tmp_path / "once")
-    slcs2.evolve(settings(tmp_path / "further", generations=5, batch=batch))
-    slcs2.evolve(settings(tmp_path / "further", batch=batch))
-    assert results(tmp_path / "further") == results(tmp_path / "once")
+    assert_same_however_interrupted(settings, tmp_path, batch)
 
 
 def test_a_saved_winner_is_deployed_with_its_reflexes_and_quality(tmp_path, capfd):

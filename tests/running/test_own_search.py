@@ -13,6 +13,7 @@ from slcs2_jax.looking.solutions import members_of
 from slcs2_jax.results.arm import arm_of, arm_title
 from slcs2_jax.running import driver
 from slcs2_jax.search import BaseSearch, Member, Solution, Verdict
+from tests.running.crashes import Crash, Crasher, crash_and_go_on, results
 
 
 class Climber(BaseSearch):
@@ -59,46 +60,16 @@ def climber():
     KINDS["search"].forget("climber")
 
 
-def results(folder) -> dict[str, bytes]:
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {path.name: path.read_bytes() for path in files if path.name not in ("config.yaml", "timing.json")}
-
-
 def rows(folder) -> list[dict]:
     return list(slcs2.read_run(folder).rows)
-
-
-class Crash(BaseException):
-    """Nobody expects it."""
-
-
-class Crasher:
-    """Crashes at a call."""
-
-    def __init__(self, call: int) -> None:
-        self.left = call
-
-    def generation(self, **values) -> None:
-        self.left -= 1
-        if self.left == 0:
-            raise Crash
-
-    def note(self, text: str) -> None:
-        pass
 
 
 @pytest.mark.parametrize("batch", [1, 3])
 def test_it_is_saved_gone_on_with_and_repeated(climber, tmp_path, batch):
     wanted = settings(tmp_path / "once", batch=batch)
     [summary] = slcs2.evolve(wanted, search=climber)
-    again = settings(tmp_path / "again", batch=batch)
-    crashes = 0
-    for call in (4, 4, 4, 1000):
-        try:
-            slcs2.evolve(again, search=Climber, report=Crasher(call))  # the class is known by its registered name
-        except Crash:
-            crashes += 1
-    assert crashes >= 2
+    # the class is known by its registered name
+    crash_and_go_on(settings(tmp_path / "again", batch=batch), (4, 4, 4), search=Climber)
     assert results(tmp_path / "again") == results(tmp_path / "once")
     run = slcs2.read_run(tmp_path / "once")
     assert run.settings.search.name == climber

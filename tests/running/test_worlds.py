@@ -10,8 +10,8 @@ import slcs2_jax as slcs2
 from slcs2_jax import cli
 from slcs2_jax.config.worlds import worlds_of
 from slcs2_jax.looking.solutions import replay
+from tests.running.crashes import assert_same_however_interrupted
 from tests.running.test_informed import settings as single
-from tests.running.test_own_search import Crash, Crasher, results
 
 WORLDS = ("open/0..2", "urban/5..6")
 
@@ -24,18 +24,7 @@ def settings(run_dir, **search) -> slcs2.Settings:
 
 @pytest.mark.parametrize("batch", [1, 5])
 def test_a_run_that_is_interrupted_anywhere_leaves_the_same_bytes(tmp_path, batch):
-    slcs2.evolve(settings(tmp_path / "once", batch=batch))
-    again, crashes = settings(tmp_path / "again", batch=batch), 0
-    for call in (3, 4, 5, 6, 7, 8, 1000):
-        try:
-            slcs2.evolve(again, report=Crasher(call))
-        except Crash:
-            crashes += 1
-    assert crashes >= 2
-    assert results(tmp_path / "again") == results(tmp_path / "once")
-    slcs2.evolve(settings(tmp_path / "further", generations=5, batch=batch))
-    slcs2.evolve(settings(tmp_path / "further", batch=batch))
-    assert results(tmp_path / "further") == results(tmp_path / "once")
+    assert_same_however_interrupted(settings, tmp_path, batch)
 
 
 def test_the_winner_is_deployed_afresh_in_all_worlds(tmp_path):
