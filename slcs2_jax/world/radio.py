@@ -27,7 +27,9 @@ def milliwatts(dbm: Any) -> Any:
 class RadioParameters:
     """The radio in the units of the step: powers in mW; propagation and fading with parameters of their own.
 
-    Every leaf of this package's parts is a float32 scalar.
+    Every leaf of this package's parts is a float32 scalar. `parts` are the classes of propagation and fading: JAX holds
+    the structures of two registered dataclasses with as many leaves for equal, though their hashes differ, and would
+    now and then run a program that was compiled for another part.
     """
 
     propagation: Any  # of `propagation.Propagation`
@@ -37,6 +39,7 @@ class RadioParameters:
     threshold: jax.Array  # least SINR, a ratio
     half_power: jax.Array  # ratio of half to full power
     network_range: jax.Array  # m, net
+    parts: tuple[type, type] = dataclasses.field(metadata={"static": True})
 
     @classmethod
     def of(cls, radio: Any) -> RadioParameters:
@@ -48,14 +51,16 @@ class RadioParameters:
         Raises InputError naming a user's part that gives wrong shapes, types or numbers.
         """
         parts = {kind: KINDS[kind].get(getattr(radio, kind)) for kind in ("propagation", "fading")}
+        propagation, fading = parts["propagation"].of(radio), parts["fading"].of(radio)
         made = cls(
-            propagation=parts["propagation"].of(radio),
-            fading=parts["fading"].of(radio),
+            propagation=propagation,
+            fading=fading,
             noise=jnp.float32(milliwatts(radio.noise_dbm)),
             sensitivity=jnp.float32(milliwatts(radio.receive_threshold_dbm)),
             threshold=jnp.float32(milliwatts(radio.sinr_threshold_db)),
             half_power=jnp.float32(milliwatts(radio.half_power_db)),
             network_range=jnp.float32(parts["propagation"].reach(radio)),
+            parts=(type(propagation), type(fading)),
         )
         if isinstance(radio, Radio):
             _try_out(made, radio)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -131,3 +134,11 @@ def test_shapes_broadcast_over_links_and_batch():
     squared = jnp.ones((3, 4, 5), jnp.float32)
     assert received_power(squared, jnp.float32(0), jnp.zeros((3, 4, 5), jnp.float32), radio).shape == (3, 4, 5)
     assert decodable(squared, jnp.float32(0), radio).shape == (3, 4, 5)
+
+
+def test_programs_of_one_fading_are_never_taken_for_those_of_another():
+    """JAX looks for a compiled program by the structure of its arguments, of which two may not be equal."""
+    kinds = ("none", "lognormal", "rayleigh", "rician", "nakagami")
+    structures = [jax.tree.structure(RadioParameters.of(Radio(fading=fading))) for fading in kinds]
+    assert all(one != other for one, other in itertools.combinations(structures, 2))
+    assert structures[1] == jax.tree.structure(RadioParameters.of(Radio(fading="lognormal", shadowing_db=7.0)))
