@@ -86,11 +86,9 @@ def can_hold(mask: NDArray[np.uint32], vocabulary: Vocabulary, bounds: Bounds) -
     way = strict | ((said @ at_most).reshape(-1, count, count) > 0) | np.eye(count, dtype=bool)
     known_less, known_at_most = _known(bounds)
     strict, way = strict | known_less, way | known_less | known_at_most
-    for middle in range(count):  # Warshall's closure: ways, and those with a step that is "less than"
-        into, out = way[:, :, middle, None], way[:, None, middle, :]
-        strict |= (strict[:, :, middle, None] & out) | (into & strict[:, None, middle, :])
-        way |= into & out
-    alive = np.logical_not(np.diagonal(strict, axis1=1, axis2=2).any(axis=1))
+    for middle in range(count):  # Warshall's closure
+        way |= way[:, :, middle, None] & way[:, None, middle, :]
+    alive = np.logical_not((strict & way.swapaxes(1, 2)).any(axis=(1, 2)))  # a way back from the greater to the less
     for one, other in opposites:
         alive &= ~((said[:, one] > 0) & (said[:, other] > 0))
     return np.asarray(alive)
