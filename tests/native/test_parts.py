@@ -21,11 +21,12 @@ from tests.native.held import TIPPED, compare, drawn, every_step, random_states,
 from tests.native.plain import joined, some
 from tests.native.test_bytes import VARIANTS, assert_same, library, usable, usual
 
-FAILING = {"failure_rate": 0.01, "recovery_steps": 30, "failures_at": (40, 55), "failure_share": 0.4}
+# agents fail in time-steps that follow one from which `compare` makes a step: every thirtieth
+FAILING = {"failure_rate": 0.01, "recovery_steps": 30, "failures_at": (31, 61), "failure_share": 0.4}
 PARTS: dict[str, dict[str, Any]] = {
     "jammers": {"jammers": some_jammers, "radio": {"fading": "none"}},
     "packets kept": {**FAILING, "failure_keeps_packet": True, "channels": tuple(range(1, 15))},
-    "failing for good": {"failures_at": (30,), "radio": {"fading": "rician"}, "channels": (6,)},
+    "failing for good": {"failures_at": (31,), "radio": {"fading": "rician"}, "channels": (6,)},
     "all": {
         **FAILING,
         "jammers": some_jammers,

@@ -66,6 +66,8 @@ def test_an_episode_is_the_same_wherever_and_beside_whom_it_is_moved(threads: in
     for slot in range(0, BATCH, 3):
         slots.slots.cancel(slot)
     assert slots.slots.advance() == []
+    columns = slots.slots._columns[slots.slots._columns >= 0]
+    assert set(np.flatnonzero(slots.slots._episode.arena.time_limit)) == {*columns.tolist()}  # the rest costs nothing
     for slot in set(range(BATCH)) - set(range(0, BATCH, 3)):
         one = jax.tree.map(lambda leaf, slot=slot: leaf[..., slot], expected)
         same((slots.held(slot).state, slots.held(slot).memory), (one.state, one.memory))
