@@ -20,10 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import fault_campaign_given as given
+import fault_campaign_suite as suite
 import numpy as np
 
+from slcs2_jax.learning.training_folder import FORMAT as TRAINING_FORMAT
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.documents import checksum
+from slcs2_jax.results.policy_file import FORMAT as POLICY_FORMAT
 from slcs2_jax.results.run_config import CONFIG, read_config
 from slcs2_jax.results.run_folder import (
     CHECKPOINT,
@@ -38,8 +41,12 @@ from slcs2_jax.results.run_folder import (
 from slcs2_jax.results.sweep import SWEEP
 
 BEST = f"{SOLUTIONS}/instance_000_best.npz"
-FILES = (CONFIG, GENERATIONS, CHECKPOINT, GRAMMAR, SUMMARY, TIMING, SWEEP, "lock", BEST, "report.html")
-FOLDERS = (SOLUTIONS, "report")
+TRANSFER = "transfer"
+FILES = (
+    *(CONFIG, GENERATIONS, CHECKPOINT, GRAMMAR, SUMMARY, TIMING, SWEEP, "lock", BEST, "report.html"),
+    *(f"{TRANSFER}/{name}" for name in ("deployments.jsonl", "matrix.csv", "transfer.png", "lock")),
+)
+FOLDERS = (SOLUTIONS, "report", TRANSFER)
 NAMES = ("../out", "/tmp/out", "a/../../out", "C:\\out", "link/x", "\x1b[2Jx", "a\nb", "..")
 ODD_FOLDERS = (
     "=cmd|' /C calc'!A0",
@@ -111,18 +118,34 @@ def _lists() -> bytes:
     return _document("summary", {"generations": 4, "instances": [[]] * 10_000_000})
 
 
-def zeros(entries: int = 4, size: int = 2**28) -> bytes:
-    """An archive of a few hundred kB whose entries are so many zeros each."""
-    head = io.BytesIO()
-    np.lib.format.write_array_header_1_0(head, {"descr": "|u1", "fortran_order": False, "shape": (size,)})
+def zeros(arrays: dict[str, int], about: str = "", form: str = "") -> bytes:
+    """An archive of so many zeros in each entry, a thousandth as long, and what stands beside them."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as made:
-        for number in range(entries):
-            with made.open(f"x{number}.npy", "w", force_zip64=True) as entry:
+        for name, text in (("format", form), ("about", about)):
+            with made.open(f"{name}.npy", "w") as entry:
+                np.lib.format.write_array(entry, np.array(text))
+        for name, size in arrays.items():
+            head = io.BytesIO()
+            np.lib.format.write_array_header_1_0(head, {"descr": "|u1", "fortran_order": False, "shape": (size,)})
+            with made.open(f"{name}.npy", "w", force_zip64=True) as entry:
                 entry.write(head.getvalue())
                 for _ in range(size // 2**24):
                     entry.write(bytes(2**24))
     return archive.getvalue()
+
+
+def _many_leaves() -> bytes:
+    """A policy with one array of 64 MB at a hundred thousand places."""
+    tree = {"dict": {"action": {"list": ["leaf_0"] * 100_000}}}
+    about = json.dumps({"policy": given.NAME, "tree": tree, "about": {}})
+    return zeros({"leaf_0": 2**26}, about, POLICY_FORMAT)
+
+
+def _great_checkpoint(run: Path, file: Path, outside: Path) -> None:
+    """Of a training: what it says of itself is right, and its first array unpacks to gigabytes."""
+    _, about = read_archive(file, TRAINING_FORMAT)
+    file.write_bytes(zeros({"leaf_0": 2**32 - 2**24}, json.dumps(about), TRAINING_FORMAT))
 
 
 def entries(count: int = 200_000) -> bytes:
@@ -175,25 +198,40 @@ _EVERY: dict[str, Change] = {
     "control characters": _with_bytes(lambda: b"\x1b[2J\x00\x9b" * 1000),
     "no permission": _no_permission,
 }
+_YAML: dict[str, Change] = {
+    "aliases": _with_bytes(_aliases),
+    "long": _with_bytes(lambda: b"a: [" + b"1, " * 10**7 + b"]"),
+    "base 60": _with_bytes(lambda: b"a: 1" + b":1" * 400_000),
+}
 _SOME: dict[str, dict[str, Change]] = {
-    CONFIG: {
-        "aliases": _with_bytes(_aliases),
-        "long": _with_bytes(lambda: b"a: [" + b"1, " * 10**7 + b"]"),
-        "base 60": _with_bytes(lambda: b"a: 1" + b":1" * 400_000),
-    },
+    CONFIG: _YAML,
     SUMMARY: {"lists": _with_bytes(_lists)},
     CHECKPOINT: {"members that unpack to gigabytes": _member_bomb},
     SWEEP: {f"a run in {name!r}": sweep_of(name) for name in NAMES},
-    given.WORLD: {"aliases": _with_bytes(_aliases), "long": _with_bytes(lambda: b"a: [" + b"1, " * 10**7 + b"]")},
+    given.WORLD: _YAML,
+    suite.SEARCH: _YAML,
+    suite.STRATEGY: _YAML,
+    suite.RECORDS[0]: {"lists": _with_bytes(_lists)},
+    suite.NET_CHECKPOINT: {"gigabytes in one array": _great_checkpoint},
+    suite.NET_CURVE: {"a long line": _with_bytes(lambda: b"1" * 2**29)},
+    suite.WALK: {"one array a million times": _with_bytes(_many_leaves)},
     given.GRAMMAR: {"rules that never end": _with_bytes(lambda: b"<a> ::= <a><a>\n" * 10**5)},
 }
+
+
+_PACKED = (
+    *(CHECKPOINT, BEST, given.POLICY, suite.WALK, suite.NET_CHECKPOINT, suite.NET_POLICY),
+    *(*suite.ARTEFACTS, *suite.RESULTS),
+)
+_LINKS = ("link to a good file", "link to nothing", "pipe", "no permission")
 
 
 def changes(bombs: dict[str, bytes]) -> list[tuple[str, str, Change]]:
     """Every hostile change: the file, what is done to it, and how."""
     packed = {name: _with_bytes(lambda data=data: data) for name, data in bombs.items()}  # type: ignore[misc]
-    found = [(file, kind, change) for file in (*FILES, *given.FILES) for kind, change in _EVERY.items()]
+    files = (*FILES, *given.FILES, *suite.KEPT, *suite.TRAINING)
+    folders = (*FOLDERS, *suite.FOLDERS_KEPT, *suite.FOLDERS_TRAINING)
+    found = [(file, kind, change) for file in files for kind, change in _EVERY.items()]
     found += [(file, kind, change) for file, some in _SOME.items() for kind, change in some.items()]
-    found += [(file, kind, change) for file in (CHECKPOINT, BEST, given.POLICY) for kind, change in packed.items()]
-    links = ("link to a good file", "link to nothing", "pipe", "no permission")
-    return found + [(folder, kind, _EVERY[kind]) for folder in FOLDERS for kind in links]
+    found += [(file, kind, change) for file in _PACKED for kind, change in packed.items()]
+    return found + [(folder, kind, _EVERY[kind]) for folder in folders for kind in _LINKS]

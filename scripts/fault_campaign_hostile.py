@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import ctypes
+import functools
 import hashlib
 import io
 import json
@@ -27,6 +28,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import fault_campaign_given as given
+import fault_campaign_suite as suite
 from fault_campaign_damage import Interrupted, _Stop, settings
 from fault_campaign_folders import BEST, ODD_FOLDERS, Change, changes, entries, zeros
 
@@ -72,29 +74,38 @@ def commands(run: Path, scratch: Path) -> dict[str, list[str]]:
         "rules": ["rules", str(run), "replay=off"],
         "watch": ["watch", str(run.parent), "once=on"],
         "evaluate": ["evaluate", f"solution={run / BEST}", *SIZES],
+        "transfer": ["transfer", str(run), "worlds=[open/9000000]", "compute.devices=1"],
+        "found": ["found", str(run.parent)],
     }
 
 
 def _command(name: str, run: Path, scratch: Path) -> list[str]:
     """By its own name, or by that of the file that it is given."""
-    return given.commands(run, SIZES)[name] if name in given.FILES else commands(run, scratch)[name]
+    return (commands(run, scratch) | given.commands(run, SIZES) | suite.commands(run, scratch))[name]
+
+
+def _places(file: str) -> list[tuple[str, str]]:
+    """The commands and folders that a file is tried with."""
+    if file in (*suite.TRAINING, *suite.FOLDERS_TRAINING):
+        return [("suite train", "training")]
+    if file in (*suite.KEPT, *suite.FOLDERS_KEPT):
+        return [(command, "trained") for command in suite.commands(Path(), Path())]
+    called = [file] if file in given.FILES else commands(Path(), Path())
+    return [(command, state) for command in called for state in ("finished", "begun")]
 
 
 def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
     """So many hostile folders, chosen by chance among all kinds, each under one command; then odd names of folders."""
     given.register_policy()
+    suite.use_small_suite()
     figures, good = Figures(), folder / "good"
     good.mkdir(parents=True)
-    made = forked(lambda: _make(good), folder, 600)
-    if made.code != 0:
-        raise RuntimeError(made.errors)
-    bombs = {"zeros": zeros(), "many entries": entries()}
-    trials = [
-        (*change, command, state)
-        for change in changes(bombs)
-        for command in ([change[0]] if change[0] in given.FILES else commands(folder, folder))
-        for state in ("finished", "begun")
-    ]
+    for make in (_make, suite.make_suites):
+        made = forked(functools.partial(make, good), folder, 600)
+        if made.code != 0:
+            raise RuntimeError(made.errors)
+    bombs = {"zeros": zeros({f"x{number}": 2**28 for number in range(4)}), "many entries": entries()}
+    trials = [(*change, *place) for change in changes(bombs) for place in _places(change[0])]
     random.Random(seed).shuffle(trials)
     campaign = _Campaign(folder, figures)
     for trial in trials:
@@ -107,7 +118,8 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
 
 
 def _make(good: Path) -> int:
-    """A finished run, and one that was interrupted, each noted in a sweep."""
+    """A finished run, whose winners were elsewhere, too, and one that was interrupted, each noted in a sweep."""
+    from slcs2_jax.cli import main
     from slcs2_jax.results.sweep import write_sweep
     from slcs2_jax.running import driver
 
@@ -117,7 +129,7 @@ def _make(good: Path) -> int:
     for name in ("finished", "begun"):
         given.write_given(good / name, settings(good / name))
         write_sweep(good / name, [settings(good / name)])
-    return 0
+    return main(commands(good / "finished", good)["transfer"])
 
 
 class _Campaign:
