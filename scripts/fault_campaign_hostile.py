@@ -16,8 +16,10 @@ import functools
 import hashlib
 import io
 import json
+import math
 import os
 import random
+import resource
 import shutil
 import signal
 import sys
@@ -35,6 +37,7 @@ from fault_campaign_folders import BEST, ODD_FOLDERS, Change, changes, entries, 
 from slcs2_jax.results.sweep import SWEEP
 
 SECONDS, MEMORY = 5.0, 2**30  # beyond what the command takes on a good folder
+HANGS = 900.0  # s that nothing takes, however busy the machine is
 SIZES = ("instances=1", "world.distance=120", "world.time_limit=60", "compute.devices=1", "compute.chunk=20")
 _LONG_AGO, _BEFORE = 10**9, 15 * 10**8  # s: when files outside were read and changed last
 
@@ -243,17 +246,18 @@ def call(arguments: list[str], folder: Path, seconds: float) -> Ended:
 
 
 def forked(act: Callable[[], int], folder: Path, seconds: float) -> Ended:
-    """What becomes of a function in a process of its own, which is killed after so many seconds."""
+    """What becomes of a function in a process of its own, which is killed after so many seconds of the processor."""
     said, errors = folder / "stdout", folder / "stderr"
     start = time.monotonic()
     child = os.fork()
     if child == 0:
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))
         _child(act, said, errors)
     while True:
         done, status, usage = os.wait4(child, os.WNOHANG)
         if done:
             break
-        if time.monotonic() > start + seconds:
+        if time.monotonic() > start + HANGS:
             os.kill(child, signal.SIGKILL)
         time.sleep(0.01)
     return Ended(

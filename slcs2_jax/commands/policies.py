@@ -29,15 +29,14 @@ def policy_named(name: str) -> NamedPolicy:
     """What policy=NAME stands for. Raises InputError if there is none such, or naming a damaged file."""
     from slcs2_jax.config.door import read_file
     from slcs2_jax.config.registry import KINDS
-    from slcs2_jax.policy.bound import bind
+    from slcs2_jax.policy.bound import bind, load_bound
     from slcs2_jax.policy.decision_list import load_decision_list
-    from slcs2_jax.results.policy_file import load_policy
 
     if name in KINDS["policy"].own():
         return NamedPolicy(name, bind(name, ()), "")
     if Path(name).suffix == ".npz":
-        saved = load_policy(name)
+        policy, _ = load_bound(name)
         digest = hashlib.sha256(read_file(Path(name), _LARGEST)).hexdigest()
-        return NamedPolicy(Path(name).stem, bind(saved.name, saved.given), digest)
+        return NamedPolicy(Path(name).stem, policy, digest)
     decisions = load_decision_list(name)
     return NamedPolicy(Path(name).stem, decisions, decisions.text)

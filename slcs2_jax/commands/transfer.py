@@ -65,19 +65,23 @@ def run(arguments: list[str]) -> int:
     passed: list[str] = []
     runs = [run for place in dict.fromkeys([folder, *map(Path, others)]) for run in _runs(place, passed)]
     kinds = _kinds(given.get("worlds"), runs)
-    out = Path(str(given.get("out") or folder / TRANSFER))
+    out = Path(str(given["out"])) if given.get("out") else None
     print_passed(passed)
     from slcs2_jax import runtime
     from slcs2_jax.config import Compute
     from slcs2_jax.results import Progress
-    from slcs2_jax.results.files import storing
+    from slcs2_jax.results.files import make_folder, storing
     from slcs2_jax.results.lock import FolderLock
     from slcs2_jax.running.transfer import travel
 
     compute = Compute(devices=given.get("compute.devices"), cache=given.get("compute.cache", True))
     rows = _rows(runs, str(given.get("policy", "designed")), compute)
-    with storing(out, "made"):
-        out.mkdir(parents=True, exist_ok=True)
+    if out is None:
+        out = folder / TRANSFER
+        make_folder(out, inside=folder)
+    else:
+        with storing(out, "made"):
+            out.mkdir(parents=True, exist_ok=True)
     runtime.configure(compute)
     with FolderLock(out), Progress(deployments, label="deployment") as report:
         travellers = [one for _, several in rows for one in several]
@@ -146,7 +150,7 @@ def _rows(runs: Sequence[FinishedRun], policy: str, compute: Any) -> list[tuple[
         for instance in range(settings.instances):
             best = run.best(instance)
             file = run.path / SOLUTIONS / f"instance_{instance:03d}_best.npz"
-            digest = hashlib.sha256(read_file(file, _LARGEST)).hexdigest()
+            digest = hashlib.sha256(read_file(file, _LARGEST, inside=run.path)).hexdigest()
             inherited = best.rules.quality is not None
             for quality in ("kept", "forgotten") if inherited else ("",):
                 one = best.forgetful() if quality == "forgotten" else best

@@ -7,25 +7,27 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from slcs2_jax.config.arguments import of_kind, path_of
+import jax
+
+from slcs2_jax.config.arguments import of_kind, path_of, whole
 from slcs2_jax.config.errors import InputError, refuse, show
 from slcs2_jax.config.field import described
 from slcs2_jax.learning import evolution_strategy, ippo
 from slcs2_jax.learning.ippo_settings import Ippo
 from slcs2_jax.learning.network_settings import NetworkSettings
 from slcs2_jax.learning.strategy_settings import Strategy
-from slcs2_jax.learning.training_folder import POLICY
+from slcs2_jax.learning.training_folder import MOST_COUNTED, POLICY
 from slcs2_jax.learning.worlds import Worlds
-from slcs2_jax.policy.bound import BoundPolicy, bind
+from slcs2_jax.policy.bound import BoundPolicy, load_bound
 from slcs2_jax.results import Report
 from slcs2_jax.results.files import names_in
-from slcs2_jax.results.policy_file import load_policy
 
 ALGORITHMS: dict[str, tuple[type[Any], Callable[..., BoundPolicy]]] = {
     "ippo": (Ippo, ippo.train),
     "strategy": (Strategy, evolution_strategy.train),
 }
 _KEPT = re.compile(r"policy(_\d{12})?\.npz")
+_MOST_KEPT = 2**29  # bytes of all policies of a training
 
 
 def train(
@@ -69,12 +71,23 @@ def settings_of(algorithm: str, changes: Mapping[str, Any]) -> Any:
 def kept(folder: str | Path) -> list[tuple[int, BoundPolicy]]:
     """The policies in a training's folder, with the env-steps after which each was kept, in order.
 
-    Raises InputError naming a file that is damaged.
+    Raises InputError naming a file that is damaged, or the folder if all of them take too much memory.
     """
     place = path_of("folder", folder)
-    found = []
+    found, size = [], 0
     for name in names_in(place, inside=place):
         if _KEPT.fullmatch(name):
-            saved = load_policy(place / name)
-            found.append((int(saved.about.get("env_steps", 0)), name == POLICY, bind(saved.name, saved.given)))
+            policy, about = load_bound(place / name)
+            size += sum(leaf.nbytes for leaf in jax.tree.leaves(policy.given))
+            if size > _MOST_KEPT:
+                raise InputError(f"folder={place}: its policies take over {_MOST_KEPT:,} bytes; accepted are fewer")
+            found.append((count_in(about, "env_steps", place / name), name == POLICY, policy))
     return [(steps, policy) for steps, _, policy in sorted(found, key=lambda one: one[:2])]
+
+
+def count_in(about: Mapping[str, Any], name: str, file: Path) -> int:
+    """A count in the remarks of a policy's file. Raises InputError naming the file if it is none."""
+    try:
+        return whole(name, about.get(name), 0, MOST_COUNTED)
+    except InputError as error:
+        raise InputError(f"policy={file}: {error}") from None

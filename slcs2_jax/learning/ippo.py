@@ -115,7 +115,7 @@ class _Training(Training):
 
     @property
     def fitness(self) -> float:
-        ended = [line["fitness"] for line in self.folder.curve[-50:] if line["episodes"]]
+        ended = [line["fitness"] for line in self.folder.last(50) if line["episodes"]]
         return float(np.mean(ended)) if ended else math.nan
 
     def _given(self) -> tuple[Any, Any]:

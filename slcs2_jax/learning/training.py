@@ -93,7 +93,7 @@ class Training(abc.ABC):
         seconds = self.worlds.settings.checkpoint.seconds
         saved = time.monotonic()
         with self.folder, StopRequest() as stop:
-            found = self.folder.load(self.saved()[0])
+            found = self.folder.load(*self.saved())
             if found is not None:
                 self.restore(*found)
             while self.env_steps < budget:
@@ -118,7 +118,7 @@ class Training(abc.ABC):
         before = self.env_steps
         noted = self.advance()
         _check_finite(self.algorithm, noted, self.env_steps, self.advice)
-        self.folder.curve.append({"env_steps": self.env_steps, **noted})
+        self.folder.note({"env_steps": self.env_steps, **noted})
         reached = self.env_steps // self._snapshot
         if reached > before // self._snapshot:
             self._keep(f"policy_{reached * self._snapshot:012d}.npz")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,26 +11,27 @@ from typing import Any
 import jax
 import numpy as np
 
-from slcs2_jax.config.arguments import path_of
-from slcs2_jax.config.door import present, read_file
+from slcs2_jax.config.arguments import path_of, whole
+from slcs2_jax.config.door import present, reading
 from slcs2_jax.config.errors import InputError
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.trained_network import NAME
-from slcs2_jax.results.archive import Limits, read_archive, write_archive
-from slcs2_jax.results.files import remove_leftovers, storing, write_text
+from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
+from slcs2_jax.results.files import remove_leftovers, storing, write_whole
 from slcs2_jax.results.lock import FolderLock
 from slcs2_jax.results.policy_file import save_policy
+from slcs2_jax.results.rows import MOST_ROWS, bounded_lines, parse_row, row_line
 
-FORMAT = "slcs2_jax training 1"
+FORMAT = "slcs2_jax training 2"
 CURVE, CHECKPOINT, POLICY = "curve.jsonl", "checkpoint.npz", "policy.npz"
-_LIMITS = Limits(entries=1000, size=2**32)
-_MOST_CURVE = 2**30  # bytes
+MOST_COUNTED = 2**62  # env-steps, episodes, updates
+_MOST_CURVE = 2**28  # bytes
 
 
 class TrainingFolder:
-    """Where a training is saved; without a folder, nothing is.
+    """Where a training is saved, and what is noted of it: a row for each line of `curve.jsonl` (`results.rows`).
 
-    curve: what was noted of it, one JSON object for each line of `curve.jsonl`.
+    Without a folder, nothing is saved.
     """
 
     def __init__(self, folder: str | Path | None, identity: Mapping[str, Any]) -> None:
@@ -39,7 +41,7 @@ class TrainingFolder:
             folder: None for none.
             identity: what the training is, JSON-able: a folder that holds another is refused.
         """
-        self.curve: list[dict[str, Any]] = []
+        self._curve: list[bytes] = []
         self._identity = json.loads(json.dumps(identity))
         self._path = None if folder is None else path_of("folder", folder)
         self._lock: FolderLock | None = None
@@ -57,11 +59,20 @@ class TrainingFolder:
         if self._lock is not None:
             self._lock.release()
 
-    def load(self, like: Any) -> tuple[Any, dict[str, Any]] | None:
+    def note(self, row: Mapping[str, Any]) -> None:
+        """A further row of the curve, of finite numbers."""
+        self._curve.append(row_line(row))
+
+    def last(self, count: int) -> list[dict[str, Any]]:
+        """The last rows of the curve, at most so many."""
+        return [parse_row(line) for line in self._curve[-count:]]
+
+    def load(self, like: Any, counters: Mapping[str, Any]) -> tuple[Any, dict[str, Any]] | None:
         """What was saved, if anything was; the curve becomes that of then.
 
         Args:
             like: a pytree of what is saved, for its structure, shapes and types.
+            counters: such as are saved, for their names and kinds: whole numbers and lists of such.
 
         Returns:
             The same with what was saved, NumPy arrays, and the counters.
@@ -71,44 +82,51 @@ class TrainingFolder:
         """
         if self._path is None or not present(self._path / CHECKPOINT):
             return None
+        file = self._path / CHECKPOINT
+        expected = {f"leaf_{place}": leaf for place, leaf in enumerate(map(np.asarray, jax.tree.leaves(like)))}
+        limits = Limits(entries=len(expected) + 2, size=sum(leaf.nbytes for leaf in expected.values()))
         try:
-            with storing(self._path / CHECKPOINT, "read"):
-                arrays, about = read_archive(self._path / CHECKPOINT, FORMAT, _LIMITS)
-            if set(about) != {"identity", "counters", "lines"}:
+            with storing(file, "read"):
+                arrays, about = read_archive(file, FORMAT, limits)
+            if set(about) != {"identity", "counters", "lines"} or not isinstance(about["identity"], dict):
                 raise InputError("its description is not that of a training")
+            self._check_identity(about["identity"])
+            check_arrays(arrays, {name: (leaf.dtype, leaf.shape) for name, leaf in expected.items()})
+            lines = whole("lines", about["lines"], 0, MOST_ROWS)
+            _check_counters(about["counters"], counters)
         except InputError as error:
-            raise InputError(f"{self._path / CHECKPOINT}: no training saved by slcs2 ({error})") from None
-        if about["identity"] != self._identity:
-            odd = [name for name in self._identity if about["identity"].get(name) != self._identity[name]]
-            raise InputError(
-                f"folder={self._path}: holds another training ({', '.join(odd)} differ); accepted is another folder"
-            )
-        leaves, structure = jax.tree.flatten(like)
-        found = [arrays.get(f"leaf_{place}") for place in range(len(leaves))]
-        if not all(_alike(one, leaf) for one, leaf in zip(found, leaves, strict=True)):
-            raise InputError(f"{self._path / CHECKPOINT}: arrays of other shapes; accepted are those of this training")
-        self._load_curve(about["lines"])
-        return jax.tree.unflatten(structure, found), about["counters"]
+            raise InputError(f"{file}: no training saved by slcs2 that can go on here ({error})") from None
+        self._load_curve(self._path / CURVE, lines)
+        found = [arrays[name] for name in expected]
+        return jax.tree.unflatten(jax.tree.structure(like), found), about["counters"]
 
-    def _load_curve(self, lines: int) -> None:
-        assert self._path is not None  # for the type checker
-        path = self._path / CURVE
+    def _check_identity(self, found: Mapping[str, Any]) -> None:
+        odd = [name for name in self._identity if found.get(name) != self._identity[name]]
+        if odd:
+            raise InputError(f"holds another training: {', '.join(odd)} differ; accepted is another folder")
+
+    def _load_curve(self, path: Path, lines: int) -> None:
+        """The first so many lines: those that follow were written before the process was killed."""
+        found: list[bytes] = []
         try:
-            text = read_file(path, _MOST_CURVE).decode().splitlines() if present(path) else []
-            found = [json.loads(line) for line in text[:lines]]
-        except (ValueError, OSError):
-            found = []
-        if len(found) != lines:
+            if present(path):
+                with storing(path, "read"), reading(path, _MOST_CURVE) as file:
+                    found = list(itertools.islice(bounded_lines(file, MOST_ROWS), lines))
+            for line in found:
+                parse_row(line)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        if len(found) != lines or (found and not found[-1].endswith(b"\n")):
             raise InputError(f"{path}: has not the {lines} whole lines that the checkpoint goes with")
-        self.curve = found
+        self._curve = found
 
     def save(self, tree: Any, counters: Mapping[str, Any]) -> None:
         """The curve, then the checkpoint that says how much of the curve goes with it."""
         if self._path is None:
             return
         arrays = {f"leaf_{place}": np.asarray(leaf) for place, leaf in enumerate(jax.tree.leaves(tree))}
-        about = {"identity": self._identity, "counters": dict(counters), "lines": len(self.curve)}
-        write_text(self._path / CURVE, "".join(json.dumps(line) + "\n" for line in self.curve))
+        about = {"identity": self._identity, "counters": dict(counters), "lines": len(self._curve)}
+        write_whole(self._path / CURVE, lambda file: file.writelines(self._curve))
         write_archive(self._path / CHECKPOINT, FORMAT, arrays, about)
 
     def save_policy(self, policy: BoundPolicy, about: Mapping[str, Any], name: str) -> None:
@@ -117,5 +135,13 @@ class TrainingFolder:
             save_policy(self._path / name, NAME, policy.given, about)
 
 
-def _alike(one: Any, leaf: Any) -> bool:
-    return one is not None and one.shape == np.shape(leaf) and one.dtype == np.asarray(leaf).dtype
+def _check_counters(found: object, like: Mapping[str, Any]) -> None:
+    """Raise InputError unless these are counts, and lists of as many, by the same names."""
+    if not isinstance(found, dict) or set(found) != set(like):
+        raise InputError("its counters are not those of this training")
+    for name, usual in like.items():
+        counts = found[name] if isinstance(usual, list) else [found[name]]
+        if not isinstance(counts, list) or len(counts) != (len(usual) if isinstance(usual, list) else 1):
+            raise InputError(f"{name} is no list of {len(usual)} counts")
+        for count in counts:
+            whole(name, count, 0, MOST_COUNTED)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -17,6 +19,7 @@ from slcs2_jax.policy.classifier import Classifier
 from slcs2_jax.policy.decision_list import DecisionList
 from slcs2_jax.policy.first_match import FirstMatch
 from slcs2_jax.policy.policy import Policy
+from slcs2_jax.results.policy_file import load_policy
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -67,3 +70,15 @@ def bind(policy: Policy | str, given: Any) -> BoundPolicy:
         return bind_rules(given, policy=policy)
     language = getattr(policy, "language", None) or Language.whole(Vocabulary.current())
     return BoundPolicy(policy, jax.tree.map(np.asarray, given), language, policy.channels)
+
+
+def load_bound(path: str | Path) -> tuple[BoundPolicy, Mapping[str, Any]]:
+    """The policy of a file of `save_policy`, and the remarks in it.
+
+    Raises InputError naming the file if it is none or damaged, or holds what its policy does not take.
+    """
+    saved = load_policy(path)
+    try:
+        return bind(saved.name, saved.given), saved.about
+    except InputError as error:
+        raise InputError(f"policy={path}: {error}") from None

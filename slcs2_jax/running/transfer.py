@@ -21,6 +21,7 @@ from slcs2_jax.running.deployable import Deployable
 from slcs2_jax.running.evaluator import Evaluator
 
 DEPLOYED = "deployments.jsonl"
+_AGAIN = "delete it, and everything is deployed again"
 _TOGETHER = 8  # policies that are deployed at once, and then kept
 
 
@@ -84,6 +85,8 @@ def travel(
             known[job.name] = fitness
             rows.append({"job": job.name, "fitness": fitness})
         append_rows(file, rows)
+    if any(len(known[job.name]) != deployments for job in jobs):
+        raise InputError(f"{file}: figures of more or fewer deployments than their names say; {_AGAIN}")
     means = iter([sum(known[job.name]) / deployments for job in jobs])
     return [[[next(means) for _ in kind.seeds] for kind in kinds] for _ in travellers]
 
@@ -96,7 +99,7 @@ def _known(file: Path) -> dict[str, list[float]]:
         with telling_damage():
             return {str(row["job"]): [float(one) for one in row["fitness"]] for row in read_rows(file)}
     except InputError as error:
-        raise InputError(f"{file}: {error}; delete it, and everything is deployed again") from None
+        raise InputError(f"{file}: {error}; {_AGAIN}") from None
 
 
 def _name(traveller: Traveller, kind: Kind, seed: int, deployments: int) -> str:

@@ -10,17 +10,16 @@ from typing import NamedTuple
 
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.config.door import read_file
-from slcs2_jax.policy.bound import bind
+from slcs2_jax.policy.bound import bind, load_bound
 from slcs2_jax.results import SavedSolution, load_solution
 from slcs2_jax.results.policy_file import FORMAT as POLICY_FORMAT
-from slcs2_jax.results.policy_file import load_policy
 from slcs2_jax.running.deployable import Deployable
 from slcs2_jax.suite.entries import Entry, artefact
 from slcs2_jax.suite.networks import network_in
 from slcs2_jax.suite.worlds import SuiteWorld
 
 _POLICY = POLICY_FORMAT.rpartition(" ")[0]  # stands in the complaint about the format of what is no solution
-_LARGEST = 2**28  # bytes of an artefact
+_LARGEST = 2**30  # bytes of an artefact, which was read before
 
 
 class Ready(NamedTuple):
@@ -46,9 +45,10 @@ def ready(entry: Entry, world: SuiteWorld, seed: int, roots: Sequence[Path], tra
     settings = world.settings(seed, None if entry.algorithm else entry.settings)
     if entry.trained:
         files = [_trained(entry, world, number, roots) for number in trainings]
-        digest = hashlib.sha256(b"".join(hashlib.sha256(read_file(file, _LARGEST)).digest() for file in files))
         opened = network_in if entry.algorithm else policy_in
-        return Ready([opened(file) for file in files], settings, digest.hexdigest())
+        policies = [opened(file) for file in files]
+        digest = hashlib.sha256(b"".join(hashlib.sha256(read_file(file, _LARGEST)).digest() for file in files))
+        return Ready(policies, settings, digest.hexdigest())
     if entry.path is not None:
         policy = policy_in(entry.path)
         if isinstance(policy, SavedSolution):  # how many rules, and how they learn, is its own
@@ -77,8 +77,4 @@ def policy_in(file: Path) -> Deployable:
     except InputError as error:
         if _POLICY not in str(error):
             raise
-    saved = load_policy(file)
-    try:
-        return bind(saved.name, saved.given)
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from None
+    return load_bound(file)[0]

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config import InputError, plugins
-from slcs2_jax.config.door import present, read_file
+from slcs2_jax.config.door import check_below, present, read_file
 from slcs2_jax.config.errors import refuse, show
 from slcs2_jax.config.registry import KINDS
 from slcs2_jax.config.schema import accepted_paths, flatten, unknown_setting
@@ -115,7 +115,7 @@ def entry_named(name: str) -> Entry:
     if path.suffix not in (".txt", ".yaml", ".npz"):
         known = f"one of {', '.join(ORDER)}, a file .txt, .yaml or .npz, or a policy that plugins= brings"
         raise refuse("entry", name, known)
-    label = f"entry={show(name)}"
+    label = f"entry={path}"
     try:
         data = read_file(path, _LARGEST)
         text = "" if path.suffix == ".npz" else data.decode("utf-8")
@@ -204,9 +204,13 @@ def _network(said: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[str,
 
 
 def artefact(entry: Entry, world: str, training: int, roots: Sequence[Path]) -> Path | None:
-    """The file that a training of an entry left for a world, in the first folder that has it."""
+    """The file that a training of an entry left for a world, in the first folder that has it.
+
+    Raises InputError naming a folder on the way that is a link.
+    """
     for root in roots:
         path = root / "artefacts" / entry.name / world / f"training_{training}.npz"
+        check_below(root, path.parent)
         if present(path):
             return path
     return None

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slcs2_jax.config import InputError
-from slcs2_jax.config.door import present
+from slcs2_jax.config.door import check_below, present
 from slcs2_jax.config.errors import show
 from slcs2_jax.results.archive import Limits, check_arrays, read_archive, write_archive
-from slcs2_jax.results.files import make_folder, storing
+from slcs2_jax.results.files import make_folder, names_in, storing
 from slcs2_jax.suite.worlds import FOLDER, SuiteWorld
 
 FOLDERS = {"test": "results", "validation": "validation"}  # by split
@@ -74,9 +74,11 @@ class Measured:
 def load(root: Path, entry: str, world: SuiteWorld, split: str = "test") -> Measured | None:
     """What a folder holds of an entry in a world; None for nothing.
 
-    Raises InputError naming the file if it is damaged, of another version, or of other worlds than these.
+    Raises InputError naming the file if it is damaged, of another version, or of other worlds than these, or the folder
+    on the way that is a link.
     """
     path = _path(root, split, entry, world.name)
+    check_below(root, path.parent)
     if not present(path):
         return None
     try:
@@ -121,11 +123,12 @@ def find(entry: str, world: SuiteWorld, roots: Sequence[Path], split: str = "tes
 
 
 def entries_in(root: Path, split: str = "test") -> list[str]:
-    """The names of entries with results below a folder, in order."""
+    """The names of entries with results below a folder, in order; what is neither folder nor link is none.
+
+    Raises InputError if the folder of results is a link, StorageError if it cannot be read.
+    """
     folder = root / FOLDERS[split]
-    if not present(folder):
-        return []
-    return sorted(path.name for path in folder.iterdir() if path.is_dir() and not path.is_symlink())
+    return [name for name in names_in(folder, inside=root) if (folder / name).is_dir() or (folder / name).is_symlink()]
 
 
 def shipped_root() -> Path:

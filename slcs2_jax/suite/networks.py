@@ -14,8 +14,8 @@ from typing import Any
 from slcs2_jax.config import InputError, Settings
 from slcs2_jax.learning import algorithms
 from slcs2_jax.learning.training_folder import POLICY
-from slcs2_jax.policy.bound import BoundPolicy, bind
-from slcs2_jax.policy.trained_network import NAME
+from slcs2_jax.policy.bound import BoundPolicy, load_bound
+from slcs2_jax.policy.trained_network import TrainedNetwork
 from slcs2_jax.results import Report
 from slcs2_jax.results.policy_file import load_policy
 from slcs2_jax.suite.entries import Entry
@@ -89,15 +89,13 @@ def candidates(folder: Path) -> dict[int, BoundPolicy]:
 def spent(folder: Path) -> tuple[int, int]:
     """Episodes begun and env-steps done in a training that has ended. Raises InputError naming a damaged file."""
     about = load_policy(folder / POLICY).about
-    return about["episodes"], about["env_steps"]
+    episodes, env_steps = (algorithms.count_in(about, name, folder / POLICY) for name in ("episodes", "env_steps"))
+    return episodes, env_steps
 
 
 def network_in(file: Path) -> BoundPolicy:
     """The network of an artefact. Raises InputError naming the file if it is damaged, another policy, or not finite."""
-    saved = load_policy(file)
-    try:
-        if saved.name != NAME:
-            raise InputError(f"policy={saved.name}; accepted is {NAME}")
-        return bind(saved.name, saved.given)
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from None
+    found, _ = load_bound(file)
+    if not isinstance(found.policy, TrainedNetwork):
+        raise InputError(f"policy={file}: is no trained network; accepted is what slcs2 suite train leaves")
+    return found

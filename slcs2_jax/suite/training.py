@@ -21,7 +21,7 @@ import numpy as np
 
 from slcs2_jax import runtime
 from slcs2_jax.config import Compute, InputError, Settings
-from slcs2_jax.config.door import present
+from slcs2_jax.config.door import check_below, present
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.trained_network import NAME
 from slcs2_jax.results import Report, SavedSolution, read_run
@@ -133,6 +133,7 @@ def train(trainings: Sequence[Training], report: Report) -> list[Path]:
         return []
     for one in going:
         make_folders(one.root, Path(str(one.settings.run_dir)).parent)
+        check_below(one.root, Path(str(one.settings.run_dir)))
     runtime.configure(going[0].settings.compute)
     searches = [one.settings for one in going if not one.entry.algorithm]
     if searches:
@@ -165,7 +166,8 @@ class _Following:
 
 
 def made(training: Training) -> bool:
-    """Is its artefact there? Raises InputError if it is that of another configuration."""
+    """Is its artefact there? Raises InputError if it is that of another configuration, or behind a link."""
+    check_below(training.root, training.folder)
     if not (present(training.artefact) and present(training.record)):
         return False
     said = read_record(training.record)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import shutil
 
 import pytest
 
 import slcs2_jax as slcs2
 from slcs2_jax import cli
+from slcs2_jax.results.rows import read_rows, row_line
 from tests.running.test_informed import settings
 
 
@@ -83,3 +85,26 @@ def test_several_folders(runs, tmp_path):
 def test_a_folder_without_runs(tmp_path, capfd):
     assert cli.main(["transfer", str(tmp_path)]) == 2
     assert "accepted is a folder with finished runs of evolution" in capfd.readouterr().err
+
+
+LINE = ["worlds=[open/900]", "compute.devices=1"]
+
+
+def test_nothing_is_written_behind_a_link(runs, tmp_path, capfd):
+    (tmp_path / "outside").mkdir()
+    shutil.copytree(runs / "special", tmp_path / "special")
+    (tmp_path / "special" / "transfer").symlink_to(tmp_path / "outside")
+    assert cli.main(["transfer", str(tmp_path / "special"), *LINE]) == 2
+    assert "special/transfer: " in capfd.readouterr().err
+    assert not any((tmp_path / "outside").iterdir())
+
+
+def test_figures_of_other_counts_are_not_believed(runs, tmp_path, capfd):
+    call = ["transfer", str(runs / "special"), f"out={tmp_path}", *LINE]
+    assert cli.main(call) == 0
+    file = tmp_path / "deployments.jsonl"
+    rows = [row | {"fitness": [0.5, 0.5]} for row in read_rows(file)]
+    file.write_bytes(b"".join(map(row_line, rows)))
+    capfd.readouterr()
+    assert cli.main(call) == 2
+    assert "deployments.jsonl: figures of more or fewer deployments" in capfd.readouterr().err

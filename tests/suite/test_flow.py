@@ -214,3 +214,24 @@ def test_a_damaged_artefact_or_record_is_named(trained, in_use, tmp_path, capsys
     record.write_text(json.dumps(said | {"episodes": 1}))
     with pytest.raises(InputError, match=r"training_0\.json: its checksum does not fit"):
         read_record(record)
+
+
+@pytest.mark.parametrize("link", ["artefacts", "artefacts/slcs2", "artefacts/slcs2/few"])
+def test_an_artefact_behind_a_link_is_not_read(trained, in_use, tmp_path, capsys, link):
+    root, trainings = trained
+    shutil.copytree(root / "artefacts", tmp_path / "artefacts")
+    shutil.rmtree(tmp_path / link)
+    (tmp_path / link).symlink_to(root / link)
+    assert cli.main(["suite", "evaluate", "slcs2", "world=few", f"run_dir={tmp_path}"]) == 2
+    assert f"{tmp_path / link}: is a link; accepted is a folder" in capsys.readouterr().err
+    with pytest.raises(InputError, match="is a link"):
+        training.made(dataclasses.replace(trainings[0], root=tmp_path))
+
+
+def test_no_training_goes_on_behind_a_link(trained, tiny, tmp_path):
+    root, _ = trained
+    (tmp_path / "runs/slcs2/few").mkdir(parents=True)
+    (tmp_path / "runs/slcs2/few/training_0").symlink_to(root / "runs/slcs2/few/training_0")
+    again = plan(shipped()["slcs2"], [tiny.worlds["few"]], tmp_path, compute=Compute())
+    with pytest.raises(InputError, match="training_0: is a link; accepted is a folder"):
+        train(again, Quiet())

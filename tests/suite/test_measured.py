@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
@@ -68,6 +69,27 @@ def test_what_it_cannot_be_is_one_line(tiny, tmp_path, changes, said):
         load(tmp_path, "mine", world)
     assert "results/mine/few.npz" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("link", ["results", "results/mine", "results/mine/few.npz"])
+def test_no_link_is_followed(tiny, tmp_path, link):
+    world = tiny.worlds["few"]
+    for name in ("outside", "root"):
+        result(world).save(tmp_path / name)
+    place = tmp_path / "root" / link
+    shutil.rmtree(place) if place.is_dir() else place.unlink()
+    place.symlink_to(tmp_path / "outside" / link)
+    with pytest.raises(InputError, match=f"{place}.*is a link"):
+        [load(tmp_path / "root", name, world) for name in entries_in(tmp_path / "root")]
+
+
+def test_what_is_no_folder_is_no_entry(tiny, tmp_path):
+    result(tiny.worlds["few"]).save(tmp_path)
+    (tmp_path / "results" / "notes.txt").write_text("x")
+    assert entries_in(tmp_path) == ["mine"]
+    (tmp_path / "validation").write_text("x")
+    with pytest.raises(InputError, match="its folder validation is a file"):
+        entries_in(tmp_path, "validation")
 
 
 def test_damage_is_one_line(tiny, tmp_path):
