@@ -19,6 +19,7 @@ import json
 import math
 import os
 import random
+import re
 import resource
 import shutil
 import signal
@@ -39,6 +40,7 @@ from slcs2_jax.results.sweep import SWEEP
 SECONDS, MEMORY = 5.0, 2**30  # beyond what the command takes on a good folder
 HANGS = 900.0  # s that nothing takes, however busy the machine is
 SIZES = ("instances=1", "world.distance=120", "world.time_limit=60", "compute.devices=1", "compute.chunk=20")
+_LIVE = re.compile(r"(?<!\\)<script|(?<!\\)\]\(java|\n# b")  # in Markdown
 _LONG_AGO, _BEFORE = 10**9, 15 * 10**8  # s: when files outside were read and changed last
 
 
@@ -110,13 +112,16 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
     bombs = {"zeros": zeros({f"x{number}": 2**28 for number in range(4)}), "many entries": entries()}
     trials = [(*change, *place) for change in changes(bombs) for place in _places(change[0])]
     random.Random(seed).shuffle(trials)
-    campaign = _Campaign(folder, figures)
-    for trial in trials:
-        if figures.tried == count:
-            break
-        campaign.attempt(*trial)
-        print(f"{figures.tried}/{count} hostile folders, {len(figures.wrong)} wrong", file=sys.stderr, flush=True)
-    campaign.odd_names()
+    campaign, known = _Campaign(folder, figures), 0
+    with contextlib.suppress(KeyboardInterrupt):  # what was found until then is said
+        for trial in trials:
+            if figures.tried == count:
+                break
+            campaign.attempt(*trial)
+            last = figures.wrong[-1:] if len(figures.wrong) > known else ""
+            known = len(figures.wrong)
+            print(f"{figures.tried}/{count} hostile folders, {known} wrong {last}", file=sys.stderr, flush=True)
+        campaign.odd_names()
     return figures
 
 
@@ -195,7 +200,7 @@ class _Campaign:
             figures.wrong.append(f"{what}: {'; '.join(found)}")
 
     def odd_names(self) -> None:
-        """Folders whose names are formulas, commands and markup, in all that is written of them."""
+        """Folders and titles that are formulas, commands and markup, in all that is written of them."""
         place = self.folder / "names"
         for name in ODD_FOLDERS:
             for seed, below in enumerate(("a", name)):
@@ -203,7 +208,11 @@ class _Campaign:
                 shutil.copytree(self.folder / "good" / "finished", run)
                 (run / SWEEP).unlink()
                 _change_seed(run, 10 * seed)
-            for command in (["report", str(place), "replays=0"], ["watch", str(place), "once=on"]):
+            root = place / "suite"
+            shutil.copytree(self.folder / "good" / "trained", root)
+            _title_results(root, name)
+            table = ["suite", "table", f"run_dir={root}", f"out={place / 'report'}"]
+            for command in (["report", str(place), "replays=0"], ["watch", str(place), "once=on"], table):
                 ended = call(command, self.folder, 120)
                 self.figures.tried += 1
                 self.figures.read += ended.code == 0
@@ -224,6 +233,16 @@ def _change_seed(run: Path, seed: int) -> None:
     write_config(run, RunConfig(dataclasses.replace(config.settings, seed=seed), record))
 
 
+def _title_results(root: Path, title: str) -> None:
+    """Results of an entry that is called so."""
+    import dataclasses
+
+    world = suite.small_suite().worlds[suite.WORLD]
+    found = suite.measured.load(root, "mine", world)
+    assert found is not None
+    dataclasses.replace(found, title=title, field=title).save(root)
+
+
 def _markup(report: Path, name: str) -> list[str]:
     """What a report says of such a name that is more than text."""
     found = []
@@ -234,7 +253,7 @@ def _markup(report: Path, name: str) -> list[str]:
         found += [f"{file.name}: {name}" for one in ("\\input{", "$x^{") if one in file.read_text()]
     for file in report.glob("*.md"):
         text = file.read_text()
-        found += [f"{file.name}: {one}" for one in ("<script", "](java", "\n# b") if one in text]
+        found += [f"{file.name}: {one}" for one in _LIVE.findall(text)]
     return found
 
 

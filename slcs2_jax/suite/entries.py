@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.config import InputError, plugins
+from slcs2_jax.config.arguments import path_of
 from slcs2_jax.config.door import check_below, present, read_file
 from slcs2_jax.config.errors import refuse, show
 from slcs2_jax.config.registry import KINDS
@@ -111,7 +112,7 @@ def entry_named(name: str) -> Entry:
     if name in KINDS["policy"].own():
         digest = plugins.loaded().get(str(KINDS["policy"].home(name)), "")
         return Entry(_free(name), name, "", YOURS, digest)
-    path = Path(name)
+    path = path_of("entry", name)
     if path.suffix not in (".txt", ".yaml", ".npz"):
         known = f"one of {', '.join(ORDER)}, a file .txt, .yaml or .npz, or a policy that plugins= brings"
         raise refuse("entry", name, known)

@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from slcs2_jax.config.escape import markdown
 from slcs2_jax.looking.document import Blocks, document
 from slcs2_jax.results.csv_text import csv_text
 from slcs2_jax.results.files import write_text
@@ -151,7 +152,7 @@ def _figures(table: Table) -> list[dict[str, Any]]:
 
 
 def _markdown(table: Table, found: Tables) -> str:
-    parts = ["\n\n".join(about(table))]
+    parts = ["\n\n".join(map(markdown, about(table)))]
     for title, header, rows in found.values():
         if rows:
             parts.append(f"## {title}\n\n{as_markdown(header, [[cell['text'] for cell in line] for line in rows])}")

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from slcs2_jax import runtime
-from slcs2_jax.config import Compute, InputError, Settings
+from slcs2_jax.config import Compute, InputError, Search, Settings
 from slcs2_jax.config.door import check_below, present
+from slcs2_jax.config.field import check, described
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.trained_network import NAME
 from slcs2_jax.results import Report, SavedSolution, read_run
@@ -37,6 +38,7 @@ from slcs2_jax.suite.worlds import SuiteWorld
 
 CANDIDATES = 8  # of a training, that are deployed in the validation worlds
 KIND, VERSION = "suite training", 1
+_STEPS = {field.name: field for field in described(Search)}  # of generations, that a search makes at once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,11 +111,13 @@ def plan(
 
 
 def _budget(entry: Entry, episodes: int) -> dict[str, Any]:
-    """So many deployments; a generation takes one at least, so that there can be no more generations."""
+    """So many deployments; a generation takes one at least, so that there can be no more generations.
+
+    Raises InputError for a length of steps that is none.
+    """
     settings = entry.settings or {}
-    step = int(settings.get("search.batch", 1))
-    if settings.get("search.name") == "informed":
-        step = int(settings.get("search.final_every", 1))
+    field = _STEPS["search.final_every" if settings.get("search.name") == "informed" else "search.batch"]
+    step = check(field, settings[field.name]) if field.name in settings else 1
     generations = max(step, -(-episodes // step) * step)
     return {"generations": generations, "search.episodes": episodes, "search.fresh_deployments": 1}
 

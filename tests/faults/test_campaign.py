@@ -31,7 +31,7 @@ def test_damaged_files_are_detected_or_harmless(tmp_path):
 def test_hostile_folders_are_refused_or_read_and_nothing_outside_is_touched(tmp_path):
     figures = fault_campaign._hostile(24, tmp_path, seed=7)
     assert figures["wrong"] == []
-    assert figures["tried"] == 24 + 2 * 12
+    assert figures["tried"] == 24 + 3 * 12
     assert figures["refused"] >= 8
 
 

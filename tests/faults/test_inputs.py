@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 
 import numpy as np
 import pytest
@@ -27,15 +26,9 @@ from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, CONFIG, 
 from slcs2_jax.results.saved import load_solution
 from slcs2_jax.results.sweep import SWEEP, runs_below, write_sweep
 from slcs2_jax.running import driver
+from tests.faults.spoiling import INPUTS, many, one_line, spoilt
 
-INPUTS = int(os.environ.get("SLCS2_INPUTS", "200"))
-many = settings(max_examples=INPUTS)
 some = settings(max_examples=max(5, INPUTS // 1000))
-
-
-def one_line(error: InputError) -> None:
-    assert "\n" not in str(error)
-    assert len(str(error)) < 800
 
 
 # -- settings ----------------------------------------------------------------------------------------------------------
@@ -194,27 +187,6 @@ def test_any_text_as_a_grammar_is_refused_or_works(text, codons):
 
 
 # -- files -------------------------------------------------------------------------------------------------------------
-
-
-@st.composite
-def spoilt(draw, data: bytes) -> bytes:
-    """Anything at all, or the data with something cut, put in, doubled or changed."""
-    kind = draw(st.sampled_from(["any", "cut", "insert", "double", "change", "change many"]))
-    if kind == "any":
-        return draw(st.binary(max_size=400))
-    start = draw(st.integers(0, len(data)))
-    end = min(len(data), start + draw(st.integers(0, 60)))
-    if kind == "cut":
-        return data[:start] + data[end:]
-    if kind == "insert":
-        return data[:start] + draw(st.binary(min_size=1, max_size=8)) + data[start:]
-    if kind == "double":
-        return data[:end] + data[start:]
-    places = draw(st.lists(st.integers(0, len(data) - 1), min_size=1, max_size=1 if kind == "change" else 20))
-    changed = bytearray(data)
-    for place in places:
-        changed[place] = draw(st.integers(0, 255))
-    return bytes(changed)
 
 
 def solution(path):

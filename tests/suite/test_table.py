@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,13 @@ def test_how_figures_are_printed():
     assert printed(Estimate(0.5, 0.25, 0.75)) == "0.500 [0.250, 0.750]"
     assert [printed(value) for value in (None, 0.0, 1e-5, 1234567, "x")] == ["–", "0.000", "1.0e-05", "1,234,567", "x"]
     assert as_markdown(["a|b"], [["<i>"]]) == "| a\\|b |\n| --- |\n| \\<i> |\n"
+
+
+def test_titles_are_text_in_markdown(table, tmp_path):
+    write_all(tmp_path, table)
+    text = (tmp_path / "table.md").read_text()
+    assert "\\<b>mine\\</b>: in 1 of 2 of them" in text
+    assert not re.search(r"(?<!\\)</?b>", text)
 
 
 def test_the_page_sorts_and_says_titles_as_text(table, tmp_path, browser):
