@@ -30,7 +30,8 @@ def main() -> int:
         "--kills",
         type=int,
         default=50,
-        help="kills, over evolve with the paper's parts and others, informed search, sweep and experiment",
+        help="kills, over evolve with the paper's parts and others, informed search, sweep, experiment, transfer, "
+        "trainings of networks, and suites",
     )
     parser.add_argument("--damages", type=int, default=2000, help="damaged files")
     parser.add_argument("--inputs", type=int, default=100_000, help="random inputs for each property; 0: none")

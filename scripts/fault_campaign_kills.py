@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from slcs2_jax.commands import COMMANDS
+import fault_campaign_suite as suite
+
+from slcs2_jax.config import InputError
+from slcs2_jax.learning.training_folder import FORMAT as TRAINING_FORMAT
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.run_folder import CHECKPOINT, CHECKPOINT_FORMAT, CONFIG, GENERATIONS
 
@@ -25,7 +31,7 @@ SMALL = (
     "compute.devices=1",
     "compute.chunk=50",
 )
-CASES = {
+EVOLVING = {
     "evolve": ("evolve", *SMALL, "checkpoint.generations=2", "instances=3"),
     "sweep": (
         "evolve",
@@ -62,6 +68,12 @@ CASES = {
     ),
     "experiment": ("experiment", "contributions", *SMALL, "environment=open", "range=short", "instances=2"),
 }
+# what is typed for a folder after `suite`, and the training that must be there before
+SUITES = {
+    "networks": (("train", f"{suite.STRATEGY},{suite.IPPO}", "episodes=200"), False),
+    "suite train": (("train", f"{suite.SEARCH},{suite.RACED}", "episodes=60"), False),
+    "suite evaluate": (("evaluate", ",".join(suite.ENTRIES[:3]), "deployments=30"), True),
+}
 SIGNALS = {signal.SIGKILL: 0.7, signal.SIGTERM: 0.15, signal.SIGINT: 0.15}
 NO_RESULT = ("config.yaml", "timing.json", "lock")  # when, where and how fast a run was made
 UNFINISHED = ".tmp"  # hidden files that a kill left beside those that were being written
@@ -78,14 +90,67 @@ class Figures:
     tracebacks: list[str] = field(default_factory=list)
 
 
-def kills(count: int, folder: Path, *, seed: int = 0, generations: int = 40) -> Figures:
-    """So many kills, spread over the commands; `folder` is for the runs."""
+@dataclass(frozen=True)
+class Killed:
+    """A command that is killed and called again.
+
+    Attributes:
+        typed: for a folder.
+        before: makes the folder, if something must be there before.
+        program: of Python, that is given what is typed.
+    """
+
+    typed: Callable[[Path], list[str]]
+    before: Callable[[Path], None] | None = None
+    program: tuple[str, ...] = ("-m", "slcs2_jax")
+
+
+def cases(folder: Path, generations: int) -> dict[str, Killed]:
+    """All of them by name; `folder` is for what they need."""
+    found = {}
+    for name, command in EVOLVING.items():
+        found[name] = Killed(functools.partial(_in, [*command, f"generations={generations}"]))
+    suite.write_entries(folder / "suite")
+    program = (suite.__file__,)
+    for name, ((action, entries, *options), trained) in SUITES.items():
+        files = ",".join(str(folder / "suite" / entry) for entry in entries.split(","))
+        typed = ["suite", action, files, *options, f"world={suite.WORLD}", "compute.devices=1"]
+        before = functools.partial(_trained, folder / "suite") if trained else None
+        found[name] = Killed(functools.partial(_in, typed), before, program)
+    elsewhere = [f"worlds=[open/9000000..{9000000 + 40}]", "deployments=5", "compute.devices=1"]
+    found["transfer"] = Killed(lambda place: ["transfer", str(place), *elsewhere], functools.partial(_run, folder))
+    return found
+
+
+def _in(typed: list[str], place: Path) -> list[str]:
+    return [*typed, f"run_dir={place}"]
+
+
+def _trained(root: Path, place: Path) -> None:
+    """What slcs2 suite train leaves, made once."""
+    if not (root / "artefacts").exists():
+        files = ",".join(str(root / entry) for entry in (suite.SEARCH, suite.STRATEGY))
+        typed = ["suite", "train", files, f"world={suite.WORLD}", f"run_dir={root}", "compute.devices=1"]
+        subprocess.run([sys.executable, suite.__file__, *typed], check=True, capture_output=True)
+    shutil.copytree(root / "artefacts", place / "artefacts")
+
+
+def _run(folder: Path, place: Path) -> None:
+    """A finished run, made once."""
+    run = folder / "run"
+    if not run.exists():
+        typed = _in([*EVOLVING["evolve"], "generations=4"], run)
+        subprocess.run([sys.executable, "-m", "slcs2_jax", *typed], check=True, capture_output=True)
+    shutil.copytree(run, place)
+
+
+def kills(count: int, folder: Path, *, seed: int = 0, generations: int = 40, only: tuple[str, ...] = ()) -> Figures:
+    """So many kills, spread over the commands, or some of them; `folder` is for the runs."""
     chance, figures = random.Random(seed), Figures()
-    cases = {name: command for name, command in CASES.items() if command[0] in COMMANDS}
-    shares = [count // len(cases) + (place < count % len(cases)) for place in range(len(cases))]
-    for share, (name, command) in zip(shares, cases.items(), strict=True):
-        case = _Case(folder / name, [*command, f"generations={generations}"], chance, figures, name)
-        case.run(share)
+    chosen = {name: case for name, case in cases(folder, generations).items() if not only or name in only}
+    shares = [count // len(chosen) + (place < count % len(chosen)) for place in range(len(chosen))]
+    for share, (name, case) in zip(shares, chosen.items(), strict=True):
+        _Case(folder / name, case, chance, figures, name).run(share)
     return figures
 
 
@@ -100,34 +165,34 @@ def results(folder: Path) -> dict[str, bytes]:
 
 
 class _Case:
-    def __init__(self, folder: Path, command: list[str], chance: random.Random, figures: Figures, name: str) -> None:
-        self.folder, self.command, self.chance, self.figures, self.name = folder, command, chance, figures, name
+    def __init__(self, folder: Path, case: Killed, chance: random.Random, figures: Figures, name: str) -> None:
+        self.folder, self.case, self.chance, self.figures, self.name = folder, case, chance, figures, name
 
     def run(self, count: int) -> None:
         """Kill `count` times, in as many trials as that takes."""
         if not count:
             return
-        whole = self.folder / "whole"
-        self._finish(self._repeat(whole))
+        whole, again = self._begin("whole"), self._begin("again")
+        self._finish(self.case.typed(whole))
         start = time.monotonic()
-        self._finish(self._repeat(self.folder / "again"))  # with compiled programs at hand: so long a trial takes
+        self._finish(self.case.typed(again))  # with compiled programs at hand: so long a trial takes
         self.seconds = time.monotonic() - start
         expected = results(whole)
-        self._compare(expected, self.folder / "again")
+        self._compare(expected, again)
         left, trial = count, 0
         while left:
-            place = self.folder / f"trial_{trial}"
+            place = self._begin(f"trial_{trial}")
             left -= self._trial(place, min(left, self.chance.randint(1, 4)))
-            self._finish(self._repeat(place))
+            self._finish(self.case.typed(place))
             self._compare(expected, place)
             trial += 1
 
     def _trial(self, place: Path, most: int) -> int:
         """Start and kill up to `most` times; returns how often it was killed."""
-        made, saved, command = 0, {}, self._repeat(place)
+        made, saved, command = 0, {}, self.case.typed(place)
         while made < most:
             number = self.chance.choices(list(SIGNALS), list(SIGNALS.values()))[0]
-            process = _start(command)
+            process = self._start(command)
             self.figures.restarts += made > 0
             try:
                 process.wait(self.chance.uniform(0.15, 1.0) * self.seconds)
@@ -142,9 +207,9 @@ class _Case:
             self.figures.lost_generations += sum(max(0, done - saved.get(run, 0)) for run, done in before.items())
             if process.returncode == 128 + number:  # heeded: nothing may be unsaved
                 self.figures.lost_generations += sum(
-                    _rows(place / run, instance) - done for (run, instance), done in saved.items()
+                    max(0, _rows(place / run, instance) - done) for (run, instance), done in saved.items()
                 )
-            command = self.chance.choice([self._repeat(place), self._resume(place)])
+            command = self.chance.choice([self.case.typed(place), self._resume(place)])
         return made
 
     def _note(self, number: signal.Signals, code: int, errors: str) -> None:
@@ -155,15 +220,26 @@ class _Case:
         if not heard or ("Traceback" in errors and "KeyboardInterrupt" not in errors):
             self.figures.tracebacks.append(f"{key}: exit code {code}: {errors[-800:]}")
 
-    def _repeat(self, place: Path) -> list[str]:
-        return [*self.command, f"run_dir={place}"]
+    def _begin(self, name: str) -> Path:
+        place = self.folder / name
+        if self.case.before:
+            self.case.before(place)
+        return place
 
     def _resume(self, place: Path) -> list[str]:
-        begun = place.exists() and any(place.rglob(CONFIG))
-        return ["resume", str(place)] if begun else self._repeat(place)
+        begun = self.name in EVOLVING and place.exists() and any(place.rglob(CONFIG))
+        return ["resume", str(place)] if begun else self.case.typed(place)
+
+    def _start(self, command: list[str]) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, *self.case.program, *command],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
 
     def _finish(self, command: list[str]) -> None:
-        process = _start(command)
+        process = self._start(command)
         _, errors = process.communicate()
         if process.returncode:
             self.figures.tracebacks.append(f"{' '.join(command)}: exit code {process.returncode}: {errors[-800:]}")
@@ -174,22 +250,20 @@ class _Case:
         self.figures.differing += [f"{place}/{name}" for name in names if expected.get(name) != found.get(name)]
 
 
-def _start(command: list[str]) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "slcs2_jax", *command],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
 def _saved(place: Path) -> dict[tuple[str, int], int]:
-    """Generations saved, by run folder and instance. Raises InputError if a checkpoint is damaged."""
+    """Generations saved, by run folder and instance; of a network env-steps. Raises InputError if a checkpoint is
+    damaged."""
     found = {}
     for file in place.rglob(CHECKPOINT):
-        _, about = read_archive(file, CHECKPOINT_FORMAT)
+        name = str(file.parent.relative_to(place))
+        try:
+            _, about = read_archive(file, CHECKPOINT_FORMAT)
+        except InputError:
+            _, about = read_archive(file, TRAINING_FORMAT)
+            found[name, 0] = about["counters"]["env_steps"]
+            continue
         for instance, meta in enumerate(about["instances"]):
-            found[str(file.parent.relative_to(place)), instance] = meta["search"]["generation"]
+            found[name, instance] = meta["search"]["generation"]
     return found
 
 

@@ -22,14 +22,16 @@ from slcs2_jax.suite import measured, worlds
 from slcs2_jax.suite.worlds import Suite
 
 WORLD = "few"
-NAMES = ("mine.yaml", "net.yaml", "ppo.yaml", "list.txt", "walk.npz")
-SEARCH, STRATEGY, IPPO, LIST, WALK = (f"entries/{name}" for name in NAMES)
+NAMES = ("mine.yaml", "net.yaml", "list.txt", "walk.npz", "ppo.yaml", "raced.yaml")
+SEARCH, STRATEGY, LIST, WALK, IPPO, RACED = (f"entries/{name}" for name in NAMES)
 ENTRIES = (SEARCH, STRATEGY, LIST, WALK)
 _TEXTS = {
     SEARCH: "title: Mine\nabout: A search.\nsettings: {rules: {rules: 6}}\n",
     STRATEGY: "algorithm: strategy\nsettings: {strategy: {population: 4}, network: {hidden: [4]}}\n",
     IPPO: "algorithm: ippo\nsettings: {ippo: {episodes: 2, chunk: 50, unroll: 10, minibatches: 1}, "
     "network: {hidden: [4]}}\n",
+    RACED: "settings: {acceptance: best, search: {name: informed, parent: tournament, starts: 2, "
+    "inherit_quality: true, racing: true, final_every: 20}, knowledge: {mode: reflex}, rules: {rules: 40}}\n",
     LIST: "# List: of two rules\npacket held => move toward sink\nno packet held => move toward source\n",
 }
 # what training and evaluating leave below their folder
@@ -49,10 +51,11 @@ def small_suite() -> Suite:
     """One kind of worlds, one training of a few episodes."""
     full = worlds.load_suite()
     stated = {"world.distance": 120.0, "world.time_limit": 150, "swarm.packets": 3, "swarm.agents": 3}
+    stated |= {"checkpoint.seconds": 0.2}
     world = full.worlds[WORLD]
     small = dataclasses.replace(
         world,
-        stated={**world.stated, **stated},
+        stated=world.stated | stated,
         seeds={split: (first, 2) for split, (first, _) in world.seeds.items()},
         files={},
         trainings=1,

@@ -16,8 +16,8 @@ import fault_campaign_kills
 
 @pytest.mark.slow
 def test_killed_runs_end_with_the_same_bytes(tmp_path):
-    figures = fault_campaign_kills.kills(7, tmp_path, seed=1, generations=40)
-    assert sum(figures.kills.values()) == 7
+    figures = fault_campaign_kills.kills(9, tmp_path, seed=1, generations=40)
+    assert sum(figures.kills.values()) == 9
     assert (figures.differing, figures.lost_generations, figures.tracebacks) == ([], 0, [])
 
 
