@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -64,13 +65,13 @@ def campaign(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
         (folder / name).mkdir(parents=True)
         found = asdict(part(count, folder / name, seed=options.seed)) if count else {}
         figures[name] = {"count": count, **found, "seconds": round(time.monotonic() - start)}
-    for name, file, setting in (
-        ("writes", "test_writes.py", {"SLCS2_FAULTS_EVERY": "1"}),
-        ("inputs", "test_inputs.py", {"SLCS2_INPUTS": str(options.inputs)}),
+    for name, tests, setting in (
+        ("writes", ["test_writes.py"], {"SLCS2_FAULTS_EVERY": "1"}),
+        ("inputs", ["test_inputs.py", "test_texts.py"], {"SLCS2_INPUTS": str(options.inputs)}),
     ):
         start = time.monotonic()
         if options.inputs:
-            passed = _pytest(file, setting)
+            passed = _pytest(tests, setting)
             figures[name] = {"count": options.inputs, "passed": passed, "seconds": round(time.monotonic() - start)}
     if options.hostile:
         start = time.monotonic()
@@ -87,8 +88,9 @@ def _hostile(count: int, folder: Path, seed: int) -> dict[str, Any]:
     return found
 
 
-def _pytest(file: str, environment: dict[str, str]) -> bool:
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "tests" / "faults" / file]
+def _pytest(files: Sequence[str], environment: dict[str, str]) -> bool:
+    tests = [ROOT / "tests" / "faults" / file for file in files]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=ROOT, env=os.environ | environment, check=False)
     return done.returncode == 0
 

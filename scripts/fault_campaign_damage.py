@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
+import fault_campaign_files as files
 from fault_campaign_kills import results
 
 from slcs2_jax.config import Checkpoint, Compute, InputError, Rules, Search, Settings, Swarm, World
@@ -53,7 +54,8 @@ class _Stop(Quiet):
 
 
 def damage(count: int, folder: Path, *, seed: int = 0) -> Figures:
-    """So many damaged files of an unfinished run that then goes on, of a finished one that is read and extended."""
+    """So many damaged files of an unfinished run that then goes on, of a finished one that is read and extended, and of
+    all else that is read (`fault_campaign_files`)."""
     from slcs2_jax.running import driver
 
     chance, figures = random.Random(seed), Figures()
@@ -65,6 +67,8 @@ def damage(count: int, folder: Path, *, seed: int = 0) -> Figures:
         write_sweep(begun, [settings(begun)])
     plain = read_all(finished)
     expected, extended = results(finished), results(longer)
+    files.write_files(folder / "files")
+    said = {name: read(folder / "files" / name) for name, read in files.READERS.items()}
 
     def reads(copy: Path) -> bool:
         return read_all(copy) == plain
@@ -77,18 +81,30 @@ def damage(count: int, folder: Path, *, seed: int = 0) -> Figures:
         _resume(copy, 5)
         return _same(results(copy), extended)
 
+    def is_read(copy: Path, name: str) -> bool:
+        found = files.READERS[name](copy / name)
+        # of a transfer a last line cut short is none, and computed again
+        return found == said[name] or (name == files.DEPLOYMENTS and found.items() <= said[name].items())
+
     trials: list[tuple[Path, Callable[[Path], bool]]] = [(finished, reads), (begun, goes_on), (finished, goes_further)]
     for number in range(count):
         # most are read: that takes a hundredth of the time of going on
         source, check = trials[0] if number % 10 else chance.choice(trials[1:])
+        if other := number % 2:
+            source = folder / "files"
         copy = folder / "copy"
         shutil.copytree(source, copy)
-        file = chance.choice(sorted(path for path in copy.rglob("*") if path.is_file()))
+        if other:
+            name = chance.choice(sorted(files.READERS))
+            file, check = copy / name, partial(is_read, name=name)
+        else:
+            file = chance.choice(sorted(path for path in copy.rglob("*") if path.is_file()))
         data = file.read_bytes()
         kind, changed = chance.choice(list(_changes(data, chance)))
         file.write_bytes(changed)
         if changed != data:
-            _judge(figures, f"{kind} of {file.relative_to(copy)} then {check.__name__}", partial(check, copy))
+            then = "is read" if other else check.__name__
+            _judge(figures, f"{kind} of {file.relative_to(copy)} then {then}", partial(check, copy))
         shutil.rmtree(copy)
     return figures
 

@@ -25,7 +25,7 @@ WORLD = "few"
 NAMES = ("mine.yaml", "net.yaml", "list.txt", "walk.npz", "ppo.yaml", "raced.yaml")
 SEARCH, STRATEGY, LIST, WALK, IPPO, RACED = (f"entries/{name}" for name in NAMES)
 ENTRIES = (SEARCH, STRATEGY, LIST, WALK)
-_TEXTS = {
+TEXTS = {
     SEARCH: "title: Mine\nabout: A search.\nsettings: {rules: {rules: 6}}\n",
     STRATEGY: "algorithm: strategy\nsettings: {strategy: {population: 4}, network: {hidden: [4]}}\n",
     IPPO: "algorithm: ippo\nsettings: {ippo: {episodes: 2, chunk: 50, unroll: 10, minibatches: 1}, "
@@ -74,7 +74,7 @@ def use_small_suite() -> None:
 def write_entries(root: Path) -> None:
     """A search, two networks, a decision list and a policy, that take part by their files."""
     (root / "entries").mkdir(parents=True)
-    for name, text in _TEXTS.items():
+    for name, text in TEXTS.items():
         (root / name).write_text(text)
     save_policy(root / WALK, given.NAME, {"action": np.zeros(1, np.int32)})
 

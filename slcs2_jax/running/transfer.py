@@ -67,7 +67,7 @@ def travel(
         InputError: a damaged file, or a policy that does not fit its settings; StorageError.
     """
     file = folder / DEPLOYED
-    known = _known(file)
+    known = known_deployments(file)
     jobs = [
         _Job(one, kind, seed, _name(one, kind, seed, deployments))
         for one in travellers
@@ -91,7 +91,7 @@ def travel(
     return [[[next(means) for _ in kind.seeds] for kind in kinds] for _ in travellers]
 
 
-def _known(file: Path) -> dict[str, list[float]]:
+def known_deployments(file: Path) -> dict[str, list[float]]:
     """What the folder holds, by the names of jobs. Raises InputError naming a damaged file."""
     if not present(file):
         return {}

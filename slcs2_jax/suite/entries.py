@@ -127,7 +127,11 @@ def entry_named(name: str) -> Entry:
     if path.suffix == ".npz":
         return Entry(stem, stem, "", YOURS, hashlib.sha256(data).hexdigest(), path=path)
     try:
-        return _list(stem, text, YOURS) if path.suffix == ".txt" else _training(stem, text, YOURS)
+        if path.suffix == ".yaml":
+            return _training(stem, text, YOURS)
+        found = _list(stem, text, YOURS)
+        found.decision_list()
+        return found
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
 

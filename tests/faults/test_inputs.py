@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +18,7 @@ from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError, Learning, Radio, Search, Settings, Swarm, World, settings_from
 from slcs2_jax.config.schema import settings_fields, settings_to_dict
-from slcs2_jax.grammar import decode_rule, parse_grammar
+from slcs2_jax.grammar import decode_rule, load_grammar, parse_grammar
 from slcs2_jax.results.archive import read_archive
 from slcs2_jax.results.documents import read_document
 from slcs2_jax.results.lock import FolderLock
@@ -27,6 +30,12 @@ from slcs2_jax.results.saved import load_solution
 from slcs2_jax.results.sweep import SWEEP, runs_below, write_sweep
 from slcs2_jax.running import driver
 from tests.faults.spoiling import INPUTS, many, one_line, spoilt
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+
+import fault_campaign_files as files
+
+OTHERS = "others"  # folder of what is no run's
 
 some = settings(max_examples=max(5, INPUTS // 1000))
 
@@ -161,10 +170,8 @@ def test_any_value_of_any_setting_is_checked(changes, defaults):
 
 # -- grammars ----------------------------------------------------------------------------------------------------------
 
-PIECES = st.sampled_from(
-    "<Rule> <Condition> <Action> <A> ::= => | & < > = \n packet held no d_si d_sink net move toward away send to "
-    "collect from source sink si orbit o 1 6 11 ' \" # %".replace(" \n ", " NEWLINE ").split(" ")
-).map(lambda piece: "\n" if piece == "NEWLINE" else piece)
+WORDS = {*load_grammar("both").text.split(), *load_grammar("main").text.split(), "'", '"', "#", "%", "11", "\n"}
+PIECES = st.sampled_from(sorted(WORDS))
 GRAMMARS = st.one_of(
     st.text(max_size=300),
     st.lists(PIECES, max_size=60).map(" ".join),
@@ -206,14 +213,16 @@ def configuration(path):
     return config.settings, config.record
 
 
-READERS = {
+READERS: dict[str, Callable[[Path], object]] = {
     "solutions/instance_000_best.npz": solution,
     CHECKPOINT: checkpoint,
     CONFIG: configuration,
     GENERATIONS: read_rows,
     SUMMARY: lambda path: read_document(path, "summary", 1),
     SWEEP: lambda path: runs_below(path.parent),
+    **{f"{OTHERS}/{name}": read for name, read in files.READERS.items()},
 }
+MAY_END_EARLY = (GENERATIONS, f"{OTHERS}/{files.DEPLOYMENTS}")
 
 
 @pytest.fixture(scope="module")
@@ -221,15 +230,16 @@ def whole(finished, tmp_path_factory) -> dict[str, bytes]:
     """The bytes of every kind of file."""
     folder = tmp_path_factory.mktemp("sweep")
     write_sweep(folder, [dataclasses.replace(read_run(finished).settings, run_dir=str(folder / "run"))])
-    sweep = folder / SWEEP
-    return {name: (sweep if name == SWEEP else finished / name).read_bytes() for name in READERS}
+    files.write_files(folder / OTHERS)
+    return {name: (place if (place := folder / name).exists() else finished / name).read_bytes() for name in READERS}
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_any_bytes_as_a_file_are_refused_or_mean_the_same(name, whole, tmp_path):
+    for other in whole if name.startswith(OTHERS) else (name,):  # of a training the curve and the checkpoint are read
+        (tmp_path / other).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / other).write_bytes(whole[other])
     path = tmp_path / name
-    path.parent.mkdir(exist_ok=True)
-    path.write_bytes(whole[name])
     right = READERS[name](path)
 
     @many
@@ -242,7 +252,7 @@ def test_any_bytes_as_a_file_are_refused_or_mean_the_same(name, whole, tmp_path)
             one_line(error)
             return
         # rows at the end may be missing: of a run that goes on they may be still to come, and one that ended is counted
-        assert found == right or (name == GENERATIONS and found == right[: len(found)])
+        assert found == right or (name in MAY_END_EARLY and list(found) == list(right)[: len(found)])
 
     check()
 

@@ -115,6 +115,8 @@ def test_a_users_search_is_an_entry(tmp_path):
         ("mine.yaml", "settings: 3", "has title, about, settings"),
         ("mine.yaml", "settings: {}\ncode: x", "has title, about, settings"),
         ("mine.yaml", "[", "no YAML"),
+        ("mine.txt", "packet held => fly", r"entry=.*mine\.txt: policy 'mine': line 1: action: 'fly'"),
+        ("mine.txt", "# nothing", r"entry=.*mine\.txt: .*0 rules"),
         ("mine.py", "", "entry=.*: accepted is one of direct_delivery"),
     ],
 )
@@ -128,6 +130,8 @@ def test_what_is_no_entry_is_one_line(tmp_path, name, text, said):
 def test_a_file_that_is_not_there_is_one_line():
     with pytest.raises(InputError, match=r"entry=nowhere\.txt: No such file"):
         entry_named("nowhere.txt")
+    with pytest.raises(InputError, match=r"entry=\\x00\.txt: accepted is the path"):
+        entry_named("\0.txt")
 
 
 def test_an_entry_changes_nothing_of_the_worlds():
