@@ -70,7 +70,10 @@ def load_policy(path: str | Path) -> SavedPolicy:
             raise InputError("its description is not that of a policy")
         if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
             raise InputError("its name is no name")
-        return SavedPolicy(name, _unpack(about["tree"], arrays, 0), about["about"])
+        given = _unpack(about["tree"], arrays, 0)
+        if arrays:
+            raise InputError("it has arrays that are no parameters")
+        return SavedPolicy(name, given, about["about"])
     except InputError as error:
         raise InputError(f"{label}: not a policy saved by slcs2 ({error})") from None
 
@@ -96,11 +99,12 @@ def _pack(given: Any, arrays: dict[str, NDArray[Any]], depth: int) -> Any:
     return name
 
 
-def _unpack(tree: Any, arrays: Mapping[str, NDArray[Any]], depth: int) -> Any:
+def _unpack(tree: Any, arrays: dict[str, NDArray[Any]], depth: int) -> Any:
+    """The parameters; every array stands in one place, and is taken from `arrays`."""
     if depth > _DEEPEST or len(arrays) > _MOST_LEAVES:
         raise InputError("its parameters are nested too deep, or too many")
     if isinstance(tree, str) and tree in arrays:
-        return arrays[tree]
+        return arrays.pop(tree)
     if isinstance(tree, dict) and len(tree) == 1:
         ((kind, inner),) = tree.items()
         if kind == "dict" and isinstance(inner, dict):

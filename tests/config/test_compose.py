@@ -57,6 +57,24 @@ def test_overrides():
     assert (settings.radio.noise_dbm, settings.rules.grammar, settings.seed) == (-90.0, "both", 5)
 
 
+def test_what_is_computed_and_what_is_taken_as_typed():
+    """As docs/start.md says."""
+    settings = one("swarm.packets=int(12.7)", "exchange=bool(1)", "run_dir={}")
+    assert (settings.swarm.packets, settings.search.exchange, settings.run_dir) == (12, True, "{}")
+    assert [one(f"run_dir={name}").run_dir for name in ("5", "str(5)", "[a]")] == ["5", "str(5)", "[a]"]
+
+
+@pytest.mark.parametrize(
+    "argument",
+    ["swarm.packets={}", "swarm.packets=12.7", "swarm.packets=12.0", "swarm.packets=true", "swarm.packets=float(3)",
+     "exchange=1", "world.buildings=0", "instances={}", "worlds={}", "radio.channels={}", "swarm.speed=true"],
+)  # fmt: skip
+def test_a_setting_takes_its_own_kind_alone(argument):
+    name = argument.partition("=")[0]
+    with pytest.raises(InputError, match=rf"^{name}=.*: accepted is "):
+        one(argument)
+
+
 def test_a_grammar_by_path():
     assert one("grammar=my/own.bnf").rules.grammar == "my/own.bnf"
     [jobs] = compose("-m", "grammar=main,my/own.bnf")

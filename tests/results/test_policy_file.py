@@ -48,6 +48,8 @@ def test_other_parameters_are_refused(tmp_path, given, said):
         {"policy": "", "tree": "leaf_0", "about": {}},
         {"policy": "mine", "tree": "leaf_0"},
         {"policy": "mine", "tree": {"list": ["leaf_0", {"dict": 3}]}, "about": {}},
+        {"policy": "mine", "tree": {"list": ["leaf_0", "leaf_0"]}, "about": {}},  # gigabytes, were it there often
+        {"policy": "mine", "tree": {"list": []}, "about": {}},
     ],
 )
 def test_a_file_that_is_none_is_refused_by_name(tmp_path, about):
