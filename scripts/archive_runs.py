@@ -15,10 +15,11 @@ from pathlib import Path
 
 from slcs2_jax.config import InputError
 from slcs2_jax.results import read_run
-from slcs2_jax.results.run_folder import folders_with_config
+from slcs2_jax.results.files import names_in
+from slcs2_jax.results.run_folder import SOLUTIONS, folders_with_config
 
 KEPT = ("config.yaml", "grammar.bnf", "generations.jsonl", "summary.json", "timing.json")
-WINNERS = "solutions/*_best.npz"
+WINNER = "_best.npz"  # ends the name of a winner's file
 
 
 def files_of(run: Path, winners: Sequence[str] | None) -> list[Path]:
@@ -26,7 +27,9 @@ def files_of(run: Path, winners: Sequence[str] | None) -> list[Path]:
     if read_run(run).summary is None:
         return []
     kept = [run / name for name in KEPT if (run / name).is_file()]
-    return sorted([*kept, *run.glob(WINNERS)] if winners is None or {*winners} & {*run.parts} else kept)
+    if winners is None or {*winners} & {*run.parts}:
+        kept += [run / SOLUTIONS / name for name in names_in(run / SOLUTIONS, inside=run) if name.endswith(WINNER)]
+    return sorted(kept)
 
 
 def plain(member: tarfile.TarInfo) -> tarfile.TarInfo:

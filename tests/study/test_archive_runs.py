@@ -38,6 +38,17 @@ def test_the_same_runs_are_the_same_archive_and_give_the_same_report(make, tmp_p
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "report" / name).read_bytes()
 
 
+def test_nothing_outside_a_run_is_archived(make, tmp_path):
+    run = make.evolved("slcs2", "open_short", 0, [0.1], fresh=0.15)
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "secret_best.npz").write_bytes(b"secret")
+    (run / "solutions").symlink_to(tmp_path / "outside")
+    done = script("archive_runs.py", make.root, tmp_path / "out.tar.xz")
+    assert done.returncode == 1
+    assert "solutions is a link; accepted is a folder" in done.stderr
+    assert not (tmp_path / "out.tar.xz").exists()
+
+
 def test_the_swarm_that_ships_is_the_best_by_fresh_deployments(make):
     for seed, fresh in enumerate([0.2, 0.4, 0.3]):
         run = make.evolved("slcs2", "urban_long", seed, [0.9 - seed], fresh=fresh)
