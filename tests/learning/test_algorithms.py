@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from slcs2_jax.config import InputError
+from slcs2_jax.grammar import load_grammar
+from slcs2_jax.learning import algorithms
 from slcs2_jax.learning.algorithms import kept, settings_of, train
 from slcs2_jax.learning.evolution_strategy import Strategy
 from slcs2_jax.learning.ippo import Ippo
+from slcs2_jax.policy.trained_network import NAME, initial_parameters
+from slcs2_jax.results.policy_file import save_policy
 from tests.learning.tiny import TRAINED, ippo
 
 TINY = {
@@ -52,3 +56,29 @@ def test_the_policies_kept_on_the_way_come_back_in_order(tmp_path):
     assert 4000 <= steps[0] < steps[1] <= steps[2]
     np.testing.assert_array_equal(found[-1][1].given["network"]["out"]["w"], last.given["network"]["out"]["w"])
     assert (found[0][1].given["network"]["out"]["w"] != last.given["network"]["out"]["w"]).any()
+
+
+def network():
+    return initial_parameters(load_grammar("main"), np.random.default_rng(0), hidden=(4,))
+
+
+@pytest.mark.parametrize("env_steps", [None, "7", -1, 1.5, True, 10**30, [1]])
+def test_remarks_that_count_nothing_name_their_file(tmp_path, env_steps):
+    save_policy(tmp_path / "policy.npz", NAME, network(), {"env_steps": env_steps})
+    with pytest.raises(InputError, match=rf"policy={tmp_path}/policy\.npz: env_steps=.*: accepted is a whole number"):
+        kept(tmp_path)
+
+
+def test_parameters_of_no_network_name_their_file(tmp_path):
+    save_policy(tmp_path / "policy_000000000007.npz", NAME, network() | {"sampled": np.ones(2)}, {"env_steps": 7})
+    with pytest.raises(InputError, match=r"policy=.*policy_000000000007\.npz: policy=network: sampled is neither"):
+        kept(tmp_path)
+
+
+def test_policies_that_take_too_much_together_are_refused(tmp_path, monkeypatch):
+    for number in range(3):
+        save_policy(tmp_path / f"policy_{number:012d}.npz", NAME, network(), {"env_steps": number})
+    assert [steps for steps, _ in kept(tmp_path)] == [0, 1, 2]
+    monkeypatch.setattr(algorithms, "_MOST_KEPT", 2000)
+    with pytest.raises(InputError, match=f"folder={tmp_path}: its policies take over 2,000 bytes"):
+        kept(tmp_path)
