@@ -36,7 +36,7 @@ from slcs2_jax.world.world_file import scenario_text
 CHANCE = np.random.default_rng(1)
 SETTINGS = Settings(world=World(distance=120.0, time_limit=60), swarm=Swarm(agents=3), rules=Rules(rules=6))
 IDENTITY = {"algorithm": "ippo", "seed": 1}
-COUNTERS = {"updates": 3, "playing": [0, 1, 2]}
+COUNTERS = {"env_steps": 3, "playing": [0, 1, 2]}
 RESULT, DEPLOYMENTS = f"results/mine/{suite.WORLD}.npz", "deployments.jsonl"
 
 
@@ -111,7 +111,7 @@ def write_files(folder: Path) -> None:
     _measured().save(folder)
     training = TrainingFolder(folder, IDENTITY)
     for number in range(3):
-        training.note({"env_steps": number, "loss": 0.5 / (1 + number)})
+        training.note({"env_steps": 1 + number, "loss": 0.5 / (1 + number)})
     training.save(_tree(), COUNTERS)
     append_rows(folder / DEPLOYMENTS, [{"job": f"{number:032x}", "fitness": [0.1, -0.5]} for number in range(4)])
     (folder / "world.yaml").write_text(scenario_text(make_scenario(SETTINGS, 1)))

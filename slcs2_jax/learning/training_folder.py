@@ -60,7 +60,7 @@ class TrainingFolder:
             self._lock.release()
 
     def note(self, row: Mapping[str, Any]) -> None:
-        """A further row of the curve, of finite numbers."""
+        """A further row of the curve, of finite numbers, among them `env_steps`, more than before."""
         self._curve.append(row_line(row))
 
     def last(self, count: int) -> list[dict[str, Any]]:
@@ -72,7 +72,7 @@ class TrainingFolder:
 
         Args:
             like: a pytree of what is saved, for its structure, shapes and types.
-            counters: such as are saved, for their names and kinds: whole numbers and lists of such.
+            counters: such as are saved, for their names and kinds: `env_steps`, other whole numbers, lists of such.
 
         Returns:
             The same with what was saved, NumPy arrays, and the counters.
@@ -96,7 +96,7 @@ class TrainingFolder:
             _check_counters(about["counters"], counters)
         except InputError as error:
             raise InputError(f"{file}: no training saved by slcs2 that can go on here ({error})") from None
-        self._load_curve(self._path / CURVE, lines)
+        self._load_curve(self._path / CURVE, lines, about["counters"]["env_steps"])
         found = [arrays[name] for name in expected]
         return jax.tree.unflatten(jax.tree.structure(like), found), about["counters"]
 
@@ -105,18 +105,18 @@ class TrainingFolder:
         if odd:
             raise InputError(f"holds another training: {', '.join(odd)} differ; accepted is another folder")
 
-    def _load_curve(self, path: Path, lines: int) -> None:
-        """The first so many lines: those that follow were written before the process was killed."""
+    def _load_curve(self, path: Path, lines: int, env_steps: int) -> None:
+        """The first so many lines, up to so many env-steps: the process was killed before it saved what follows."""
         found: list[bytes] = []
         try:
             if present(path):
                 with storing(path, "read"), reading(path, _MOST_CURVE) as file:
                     found = list(itertools.islice(bounded_lines(file, MOST_ROWS), lines))
-            for line in found:
-                parse_row(line)
+            counts = [0, *(whole("env_steps", parse_row(line).get("env_steps"), 0, MOST_COUNTED) for line in found)]
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-        if len(found) != lines or (found and not found[-1].endswith(b"\n")):
+        climbs = all(before < after for before, after in itertools.pairwise(counts))
+        if len(found) != lines or not climbs or counts[-1] != env_steps or (found and found[-1][-1:] != b"\n"):
             raise InputError(f"{path}: has not the {lines} whole lines that the checkpoint goes with")
         self._curve = found
 

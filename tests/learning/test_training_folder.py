@@ -16,19 +16,19 @@ from slcs2_jax.results.rows import row_line
 
 IDENTITY = {"algorithm": "ippo", "seed": 1}
 TREE = {"weights": np.arange(6, dtype=np.float32).reshape(2, 3), "steps": np.zeros(4, np.int32)}
-COUNTERS = {"updates": 3, "playing": [0, 1, 2]}
+COUNTERS = {"env_steps": 3, "playing": [0, 1, 2]}
 
 
 def save(path, rows=3) -> None:
     path.mkdir(exist_ok=True)
     folder = TrainingFolder(path, IDENTITY)
     for number in range(rows):
-        folder.note({"env_steps": number, "loss": 0.5 / (1 + number)})
+        folder.note({"env_steps": 1 + number, "loss": 0.5 / (1 + number)})
     folder.save(TREE, COUNTERS)
 
 
 def load(path):
-    return TrainingFolder(path, IDENTITY).load(TREE, {"updates": 0, "playing": [0, 0, 0]})
+    return TrainingFolder(path, IDENTITY).load(TREE, {"env_steps": 0, "playing": [0, 0, 0]})
 
 
 def again(path, arrays=None, **about) -> None:
@@ -69,13 +69,13 @@ def test_no_folder_and_no_checkpoint_are_nothing(tmp_path):
         ({"identity": {"algorithm": "ippo", "seed": 2}}, "holds another training: seed differ"),
         ({"identity": [1]}, "its description is not that of a training"),
         ({"counters": [1]}, "its counters are not those of this training"),
-        ({"counters": {"updates": 1}}, "its counters are not those of this training"),
-        ({"counters": {"updates": -1, "playing": [0, 0, 0]}}, "updates=-1: accepted is a whole number"),
-        ({"counters": {"updates": 10**30, "playing": [0, 0, 0]}}, "updates=10"),
-        ({"counters": {"updates": [1], "playing": [0, 0, 0]}}, "accepted is a whole number"),
-        ({"counters": {"updates": 1, "playing": [0, 0]}}, "playing is no list of 3 counts"),
-        ({"counters": {"updates": 1, "playing": 3}}, "playing is no list of 3 counts"),
-        ({"counters": {"updates": 1, "playing": [0, 0, "1"]}}, "playing=1: accepted is a whole number"),
+        ({"counters": {"env_steps": 3}}, "its counters are not those of this training"),
+        ({"counters": {"env_steps": -1, "playing": [0, 0, 0]}}, "env_steps=-1: accepted is a whole number"),
+        ({"counters": {"env_steps": 10**30, "playing": [0, 0, 0]}}, "env_steps=10"),
+        ({"counters": {"env_steps": [1], "playing": [0, 0, 0]}}, "accepted is a whole number"),
+        ({"counters": {"env_steps": 1, "playing": [0, 0]}}, "playing is no list of 3 counts"),
+        ({"counters": {"env_steps": 1, "playing": 3}}, "playing is no list of 3 counts"),
+        ({"counters": {"env_steps": 1, "playing": [0, 0, "1"]}}, "playing=1: accepted is a whole number"),
         ({"lines": "3"}, "lines=3: accepted is a whole number"),
         ({"lines": 10**9}, "lines=1000000000: accepted is a whole number"),
     ],
@@ -112,6 +112,9 @@ def test_arrays_of_another_training_are_one_line(tmp_path, array, said):
         (lambda data: data[:-5], "no JSON, or cut short"),
         (lambda data: data[: data.index(b"\n") + 1], "has not the 3 whole lines"),
         (lambda data: data[:-1], "has not the 3 whole lines"),
+        (lambda data: data[: data.index(b"\n") + 1] + data, "has not the 3 whole lines"),  # one is there twice
+        (lambda data: data[data.index(b"\n") + 1 :] + row_line({"env_steps": 4}), "has not the 3 whole lines"),
+        (lambda data: row_line({"loss": 0.5}) + data, "env_steps=null: accepted is a whole number"),
         (lambda data: b"[" * 1000 + b"\n" + data, "line|JSON"),
         (lambda data: b"x" * 5000 + data, "line 1: longer than 4096 bytes"),
     ],
@@ -146,5 +149,5 @@ def test_a_file_that_may_not_be_read_is_named(tmp_path):
 def test_the_curve_is_rows_with_checksums(tmp_path):
     save(tmp_path, 1)
     line = (tmp_path / CURVE).read_bytes()
-    assert line == row_line({"env_steps": 0, "loss": 0.5})
+    assert line == row_line({"env_steps": 1, "loss": 0.5})
     assert set(json.loads(line)) == {"env_steps", "loss", "crc"}
