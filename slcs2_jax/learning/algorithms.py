@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -27,7 +28,7 @@ ALGORITHMS: dict[str, tuple[type[Any], Callable[..., BoundPolicy]]] = {
     "strategy": (Strategy, evolution_strategy.train),
 }
 _KEPT = re.compile(r"policy(_\d{12})?\.npz")
-_MOST_KEPT = 2**29  # bytes of all policies of a training
+_MOST_BEYOND = 2**29  # bytes
 
 
 def train(
@@ -74,13 +75,15 @@ def kept(folder: str | Path) -> list[tuple[int, BoundPolicy]]:
     Raises InputError naming a file that is damaged, or the folder if all of them take too much memory.
     """
     place = path_of("folder", folder)
-    found, size = [], 0
+    found, size = [], 0  # bytes in memory, beyond what files of weights, which do not compress, take
     for name in names_in(place, inside=place):
         if _KEPT.fullmatch(name):
             policy, about = load_bound(place / name)
-            size += sum(leaf.nbytes for leaf in jax.tree.leaves(policy.given))
-            if size > _MOST_KEPT:
-                raise InputError(f"folder={place}: its policies take over {_MOST_KEPT:,} bytes; accepted are fewer")
+            size += sum(leaf.nbytes for leaf in jax.tree.leaves(policy.given)) - 8 * os.stat(place / name).st_size
+            if size > _MOST_BEYOND:
+                raise InputError(
+                    f"folder={place}: its policies take gigabytes, their files do not; accepted are weights"
+                )
             found.append((count_in(about, "env_steps", place / name), name == POLICY, policy))
     return [(steps, policy) for steps, _, policy in sorted(found, key=lambda one: one[:2])]
 

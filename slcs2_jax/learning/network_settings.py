@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from slcs2_jax.config.field import Section, setting
+from slcs2_jax.config.field import Section, refuse, setting
 from slcs2_jax.config.settings import Settings
 from slcs2_jax.grammar import Grammar
 from slcs2_jax.policy.bound import BoundPolicy, bind
 from slcs2_jax.policy.trained_network import NAME, initial_parameters
 from slcs2_jax.search.keys import PURPOSE_NETWORK, seed_sequence
+
+MOST_WEIGHTS = 2**23  # of the layers among themselves: 32 MiB, so that what a training keeps can be read at once
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,13 @@ class NetworkSettings(Section):
     sampled: bool = setting(
         True, "draw an agent's action by the logits, trained and deployed alike; off takes the greatest", status="run"
     )
+
+    def cross_check(self) -> None:
+        last = self.hidden[-1]
+        weights = sum(a * b for a, b in itertools.pairwise(self.hidden)) + 3 * self.recurrent * (last + self.recurrent)
+        if weights > MOST_WEIGHTS:
+            accepted = f"widths with at most {MOST_WEIGHTS:,} weights between them and network.recurrent; these have"
+            raise refuse("network.hidden", self.hidden, f"{accepted} {weights:,}")
 
     def start(self, settings: Settings, seed: int) -> BoundPolicy:
         """The network that the training of this seed begins with, for the actions of the settings' grammar."""

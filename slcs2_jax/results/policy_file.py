@@ -52,6 +52,10 @@ def save_policy(
     """
     arrays: dict[str, NDArray[Any]] = {}
     tree = _pack(given, arrays, 0)
+    size = sum(array.nbytes for array in arrays.values())
+    if size > _LIMITS.size or len(arrays) > _MOST_LEAVES:
+        most = f"{_LIMITS.size:,} bytes in {_MOST_LEAVES:,} arrays"
+        raise InputError(f"parameters: {size:,} bytes in {len(arrays):,} arrays; accepted are at most {most}")
     content = {"policy": name, "tree": tree, "about": dict(about or {})}
     write_archive(path_of("path", path), FORMAT, arrays, content, inside=inside)
 

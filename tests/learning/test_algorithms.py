@@ -1,5 +1,6 @@
 import dataclasses
 
+import jax
 import numpy as np
 import pytest
 
@@ -76,9 +77,22 @@ def test_parameters_of_no_network_name_their_file(tmp_path):
 
 
 def test_policies_that_take_too_much_together_are_refused(tmp_path, monkeypatch):
+    """Each alone is small, and so are their files."""
+    monkeypatch.setattr(algorithms, "_MOST_BEYOND", 2**20)
+    wide = initial_parameters(load_grammar("main"), np.random.default_rng(0), hidden=(400, 400))
     for number in range(3):
-        save_policy(tmp_path / f"policy_{number:012d}.npz", NAME, network(), {"env_steps": number})
+        save_policy(tmp_path / f"policy_{number:012d}.npz", NAME, wide, {"env_steps": number})
     assert [steps for steps, _ in kept(tmp_path)] == [0, 1, 2]
-    monkeypatch.setattr(algorithms, "_MOST_KEPT", 2000)
-    with pytest.raises(InputError, match=f"folder={tmp_path}: its policies take over 2,000 bytes"):
+    nothing = jax.tree.map(lambda leaf: np.zeros_like(leaf) if leaf.dtype == np.float32 else leaf, wide)
+    for number in range(3):
+        save_policy(tmp_path / f"policy_{number:012d}.npz", NAME, nothing, {"env_steps": number})
+    with pytest.raises(InputError, match=f"folder={tmp_path}: its policies take gigabytes"):
         kept(tmp_path)
+
+
+def test_a_network_that_could_not_be_read_again_is_no_setting():
+    assert settings_of("ippo", {"network.hidden": [2048, 1024, 1024], "network.recurrent": 512})
+    with pytest.raises(InputError, match=r"^network.hidden=\[4096,4096\]: accepted is widths with at most 8,388,608 w"):
+        settings_of("ippo", {"network.hidden": [4096, 4096]})
+    with pytest.raises(InputError, match="these have 51,122,176"):
+        settings_of("ippo", {"network.recurrent": 4096})

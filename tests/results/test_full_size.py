@@ -91,8 +91,14 @@ def test_a_solution_of_64_000_different_rules_is_read(tmp_path):
     """Whose figures do not compress."""
     grammar = load_grammar("both")
     mask, action = random_rules(grammar, AGENTS * RULES, CHANCE)
-    rules = RuleSets(mask.reshape(AGENTS, RULES, -1), action.reshape(AGENTS, RULES))
-    figures = CHANCE.random((3, AGENTS, RULES), np.float32)
+    figures = CHANCE.random((4, AGENTS, RULES), np.float32)
+    rules = RuleSets(
+        mask.reshape(AGENTS, RULES, -1),
+        action.reshape(AGENTS, RULES),
+        reflex=CHANCE.random((AGENTS, RULES)) < 0.5,
+        quality=figures[3],
+    )
+    kind = CHANCE.integers(0, 3, (AGENTS, RULES), np.uint8)
     solution = SavedSolution(
         rules=rules,
         quality=figures[0],
@@ -106,11 +112,16 @@ def test_a_solution_of_64_000_different_rules_is_read(tmp_path):
         generation=10**7,
         fitness=0.5,
         deployments=6,
+        origin_kind=kind,
+        origin_generation=CHANCE.integers(0, 500, (AGENTS, RULES), np.int32),
+        origin_agent=np.where(kind == 2, CHANCE.integers(0, AGENTS, (AGENTS, RULES)), -1).astype(np.int8),
     )
     solution.save(tmp_path / "x.npz")
     again = load_solution(tmp_path / "x.npz")
     np.testing.assert_array_equal(again.rules.mask, rules.mask)
+    np.testing.assert_array_equal(again.rules.quality, rules.quality)
     np.testing.assert_array_equal(again.usage, solution.usage)
+    np.testing.assert_array_equal(again.origin_agent, solution.origin_agent)
 
 
 @pytest.mark.parametrize("instances", [1, INSTANCES])

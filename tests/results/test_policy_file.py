@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slcs2_jax.config import InputError
-from slcs2_jax.results.archive import write_archive
+from slcs2_jax.results import policy_file
+from slcs2_jax.results.archive import Limits, write_archive
 from slcs2_jax.results.policy_file import FORMAT, load_policy, save_policy
 
 LAYERS = {"layers": [(np.ones((2, 3), np.float32), np.zeros(3, np.int32)), (np.eye(3), np.array(True))], "scale": 2.5}
@@ -38,6 +39,15 @@ def test_other_parameters_are_refused(tmp_path, given, said):
     with pytest.raises(InputError, match=said):
         save_policy(tmp_path / "p.npz", "mine", given)
     assert not (tmp_path / "p.npz").exists()
+
+
+def test_what_could_not_be_read_again_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(policy_file, "_LIMITS", Limits(entries=9, size=99))
+    save_policy(tmp_path / "p.npz", "mine", np.zeros(12))
+    assert load_policy(tmp_path / "p.npz").given.shape == (12,)
+    with pytest.raises(InputError, match="parameters: 104 bytes in 1 arrays; accepted are at most 99 bytes"):
+        save_policy(tmp_path / "q.npz", "mine", np.zeros(13))
+    assert not (tmp_path / "q.npz").exists()
 
 
 @pytest.mark.parametrize(
