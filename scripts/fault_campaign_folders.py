@@ -63,6 +63,8 @@ ODD_FOLDERS = (
     "-2 `x` ${y}",
 )
 
+_NOBODY = 65534  # user and group
+
 Change = Callable[[Path, Path, Path], None]  # the run folder, the file in it, outside
 
 
@@ -100,6 +102,11 @@ def _no_permission(run: Path, file: Path, outside: Path) -> None:
     if not file.exists():
         file.touch()
     file.chmod(0)
+
+
+def _another_owner(run: Path, file: Path, outside: Path) -> None:
+    """Who lets everybody read it; only root can give a file away."""
+    os.chown(file, _NOBODY, _NOBODY)
 
 
 def _aliases() -> bytes:
@@ -197,6 +204,7 @@ _EVERY: dict[str, Change] = {
     "empty lines": _with_bytes(lambda: b"\n" * 10**7),
     "control characters": _with_bytes(lambda: b"\x1b[2J\x00\x9b" * 1000),
     "no permission": _no_permission,
+    "another owner": _another_owner,
 }
 _YAML: dict[str, Change] = {
     "aliases": _with_bytes(_aliases),
@@ -223,7 +231,7 @@ _PACKED = (
     *(CHECKPOINT, BEST, given.POLICY, suite.WALK, suite.NET_CHECKPOINT, suite.NET_POLICY),
     *(*suite.ARTEFACTS, *suite.RESULTS),
 )
-_LINKS = ("link to a good file", "link to nothing", "pipe", "no permission")
+_LINKS = ("link to a good file", "link to nothing", "pipe", "no permission", "another owner")
 
 
 def changes(bombs: dict[str, bytes]) -> list[tuple[str, str, Change]]:

@@ -155,7 +155,7 @@ class _Campaign:
         scratch.mkdir()
         try:
             change(run, run / file, outside)
-        except FileNotFoundError:  # of a file that such a run has not
+        except (FileNotFoundError, PermissionError):  # such a run has no such file, or this is not root
             shutil.rmtree(place)
             return
         before = _snapshot(outside)

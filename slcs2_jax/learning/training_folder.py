@@ -26,6 +26,7 @@ FORMAT = "slcs2_jax training 2"
 CURVE, CHECKPOINT, POLICY = "curve.jsonl", "checkpoint.npz", "policy.npz"
 MOST_COUNTED = 2**62  # env-steps, episodes, updates
 _MOST_CURVE = 2**28  # bytes
+_OF_ANY = Limits(entries=1000, size=2**32)  # training, of which nothing but the description is unpacked
 
 
 class TrainingFolder:
@@ -87,23 +88,24 @@ class TrainingFolder:
         limits = Limits(entries=len(expected) + 2, size=sum(leaf.nbytes for leaf in expected.values()))
         try:
             with storing(file, "read"):
+                self._check_same(read_archive(file, FORMAT, _OF_ANY, wanted=lambda name: False)[1])
                 arrays, about = read_archive(file, FORMAT, limits)
-            if set(about) != {"identity", "counters", "lines"} or not isinstance(about["identity"], dict):
-                raise InputError("its description is not that of a training")
-            self._check_identity(about["identity"])
             check_arrays(arrays, {name: (leaf.dtype, leaf.shape) for name, leaf in expected.items()})
             lines = whole("lines", about["lines"], 0, MOST_ROWS)
             _check_counters(about["counters"], counters)
         except InputError as error:
-            raise InputError(f"{file}: no training saved by slcs2 that can go on here ({error})") from None
+            raise InputError(f"{file}: {error}") from None
         self._load_curve(self._path / CURVE, lines, about["counters"]["env_steps"])
         found = [arrays[name] for name in expected]
         return jax.tree.unflatten(jax.tree.structure(like), found), about["counters"]
 
-    def _check_identity(self, found: Mapping[str, Any]) -> None:
-        odd = [name for name in self._identity if found.get(name) != self._identity[name]]
+    def _check_same(self, about: Mapping[str, Any]) -> None:
+        """Raise InputError unless this describes the training of this folder."""
+        if set(about) != {"identity", "counters", "lines"} or not isinstance(about["identity"], dict):
+            raise InputError("its description is not that of a training")
+        odd = [name for name in self._identity if about["identity"].get(name) != self._identity[name]]
         if odd:
-            raise InputError(f"holds another training: {', '.join(odd)} differ; accepted is another folder")
+            raise InputError(f"is of another training ({', '.join(odd)} differ); accepted is another folder")
 
     def _load_curve(self, path: Path, lines: int, env_steps: int) -> None:
         """The first so many lines, up to so many env-steps: the process was killed before it saved what follows."""

@@ -66,7 +66,10 @@ def test_no_folder_and_no_checkpoint_are_nothing(tmp_path):
 @pytest.mark.parametrize(
     ("about", "said"),
     [
-        ({"identity": {"algorithm": "ippo", "seed": 2}}, "holds another training: seed differ"),
+        (
+            {"identity": {"algorithm": "ippo", "seed": 2}},
+            r"is of another training \(seed differ\); accepted is another folder",
+        ),
         ({"identity": [1]}, "its description is not that of a training"),
         ({"counters": [1]}, "its counters are not those of this training"),
         ({"counters": {"env_steps": 3}}, "its counters are not those of this training"),

@@ -140,7 +140,7 @@ def test_a_training_that_fails_is_named(trained, tiny):
     root, trainings = trained
     [one] = plan(trainings[0].entry, [tiny.worlds["few"]], root, compute=Compute(), trainings=1)
     said = {**one.changes, "ippo.clip": 0.3}
-    named = r"^entry=tiny_ippo, world=few, seed=[0-9]+: folder=.*: holds another training"
+    named = r"^entry=tiny_ippo, world=few, seed=[0-9]+: .*/checkpoint\.npz: is of another training"
     with pytest.raises(InputError, match=named):
         networks.train(one.entry, one.world, one.settings, one.budget, said, Quiet())
 
