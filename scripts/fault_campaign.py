@@ -11,6 +11,7 @@ touched anything outside.
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import subprocess
@@ -37,6 +38,7 @@ def main() -> int:
     parser.add_argument("--damages", type=int, default=2000, help="damaged files")
     parser.add_argument("--inputs", type=int, default=100_000, help="random inputs for each property; 0: none")
     parser.add_argument("--hostile", type=int, default=500, help="hostile folders; 0: none")
+    parser.add_argument("--only", default="", help="regular expression: of kills and hostile folders those it is in")
     parser.add_argument("--seed", type=int, default=0, help="of the chance")
     parser.add_argument("--folder", type=Path, help="where the runs go (a temporary folder)")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
@@ -60,7 +62,8 @@ def campaign(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
     from fault_campaign_kills import kills
 
     figures: dict[str, Any] = {"seed": options.seed}
-    for name, count, part in (("kills", options.kills, kills), ("damages", options.damages, damage)):
+    chosen = functools.partial(kills, only=options.only)
+    for name, count, part in (("kills", options.kills, chosen), ("damages", options.damages, damage)):
         start = time.monotonic()
         (folder / name).mkdir(parents=True)
         found = asdict(part(count, folder / name, seed=options.seed)) if count else {}
@@ -75,14 +78,14 @@ def campaign(options: argparse.Namespace, folder: Path) -> dict[str, Any]:
             figures[name] = {"count": options.inputs, "passed": passed, "seconds": round(time.monotonic() - start)}
     if options.hostile:
         start = time.monotonic()
-        found = _hostile(options.hostile, folder / "hostile", options.seed)
+        found = _hostile(options.hostile, folder / "hostile", options.seed, options.only)
         figures["hostile"] = {"count": options.hostile, **found, "seconds": round(time.monotonic() - start)}
     return figures
 
 
-def _hostile(count: int, folder: Path, seed: int) -> dict[str, Any]:
+def _hostile(count: int, folder: Path, seed: int, only: str = "") -> dict[str, Any]:
     """In a process of its own: its commands are forks of one that has not started JAX."""
-    command = [sys.executable, ROOT / "scripts" / "fault_campaign_hostile.py", str(count), folder, str(seed)]
+    command = [sys.executable, ROOT / "scripts" / "fault_campaign_hostile.py", str(count), folder, str(seed), only]
     done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
     found: dict[str, Any] = json.loads(done.stdout)
     return found

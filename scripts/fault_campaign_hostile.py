@@ -2,9 +2,9 @@
 
 Commands run in forks of a process that has imported the program and started nothing, one for each command and folder:
 
-    python scripts/fault_campaign_hostile.py COUNT FOLDER [SEED]
+    python scripts/fault_campaign_hostile.py COUNT FOLDER SEED ONLY
 
-prints the figures as JSON.
+prints the figures as JSON. ONLY: a regular expression that is found in FILE: KIND; STATE: COMMAND of those tried.
 """
 
 from __future__ import annotations
@@ -99,8 +99,9 @@ def _places(file: str) -> list[tuple[str, str]]:
     return [(command, state) for command in called for state in ("finished", "begun")]
 
 
-def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
-    """So many hostile folders, chosen by chance among all kinds, each under one command; then odd names of folders."""
+def hostile(count: int, folder: Path, *, seed: int = 0, only: str = "") -> Figures:
+    """So many hostile folders, chosen by chance among all kinds, or those in whose description `only` is found, each
+    under one command; then odd names of folders."""
     given.register_policy()
     suite.use_small_suite()
     figures, good = Figures(), folder / "good"
@@ -111,6 +112,7 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
             raise RuntimeError(made.errors)
     bombs = {"zeros": zeros({f"x{number}": 2**28 for number in range(4)}), "many entries": entries()}
     trials = [(*change, *place) for change in changes(bombs) for place in _places(change[0])]
+    trials = [trial for trial in trials if re.search(only, _what(trial[0], trial[1], *trial[3:]))]
     random.Random(seed).shuffle(trials)
     campaign, known = _Campaign(folder, figures), 0
     with contextlib.suppress(KeyboardInterrupt):  # what was found until then is said
@@ -123,6 +125,10 @@ def hostile(count: int, folder: Path, *, seed: int = 0) -> Figures:
             print(f"{figures.tried}/{count} hostile folders, {known} wrong {last}", file=sys.stderr, flush=True)
         campaign.odd_names()
     return figures
+
+
+def _what(file: str, kind: str, command: str, state: str) -> str:
+    return f"{file}: {kind}; {state}: {command}"
 
 
 def _make(good: Path) -> int:
@@ -160,7 +166,7 @@ class _Campaign:
             return
         before = _snapshot(outside)
         ended = call(_command(command, run, scratch), self.folder, 10 * (usual.seconds + SECONDS))
-        what = f"{file}: {kind}; {state}: {command}"
+        what = _what(file, kind, command, state)
         self._judge(what, ended, usual, place)
         but = file if kind == "another name of a good file" else ""
         if changed := _differences(before, _snapshot(outside), but):
@@ -355,4 +361,5 @@ def _printable(text: str) -> bool:
 
 
 if __name__ == "__main__":
-    print(json.dumps(asdict(hostile(int(sys.argv[1]), Path(sys.argv[2]), seed=int((sys.argv[3:] or ["0"])[0])))))
+    _count, _folder, _seed, _only = sys.argv[1:]
+    print(json.dumps(asdict(hostile(int(_count), Path(_folder), seed=int(_seed), only=_only))))
