@@ -1,8 +1,8 @@
 """Finished runs in one file: python scripts/archive_runs.py ROOT OUT.tar.xz.
 
-Of every finished run below ROOT its settings, grammar, rows of all generations, summary, times, and winners; without
-checkpoints and the rest of the collection. The same runs give the same bytes. Unpacked where ROOT was, `slcs2 report`
-makes the same report of it.
+Of every finished run below ROOT its settings, grammar, knowledge, rows of all generations, summary, times, and winners;
+without checkpoints and the rest of the collection. The same runs give the same bytes. Unpacked where ROOT was, `slcs2
+report` makes the same report of it, and `slcs2 repeat` any of its runs (scripts/repeat_runs.py: some).
 """
 
 from __future__ import annotations
@@ -16,9 +16,18 @@ from pathlib import Path
 from slcs2_jax.config import InputError
 from slcs2_jax.results import read_run
 from slcs2_jax.results.files import names_in
-from slcs2_jax.results.run_folder import SOLUTIONS, folders_with_config
+from slcs2_jax.results.run_config import CONFIG
+from slcs2_jax.results.run_folder import (
+    GENERATIONS,
+    GRAMMAR,
+    KNOWLEDGE,
+    SOLUTIONS,
+    SUMMARY,
+    TIMING,
+    folders_with_config,
+)
 
-KEPT = ("config.yaml", "grammar.bnf", "generations.jsonl", "summary.json", "timing.json")
+KEPT = (CONFIG, GRAMMAR, KNOWLEDGE, GENERATIONS, SUMMARY, TIMING)
 WINNER = "_best.npz"  # ends the name of a winner's file
 
 

@@ -48,7 +48,8 @@ class Driver(types.ModuleType):
             return types.SimpleNamespace(instances=[one] * settings.instances)
         folder = RunFolder.open(settings, device="test", texts=lambda: {"grammar.bnf": ""}, record={"width": 16})
         done = len(read_run(folder.path).rows)
-        folder.append({"instance": 0, "generation": g, "best": g / 1000} for g in range(done, generations))
+        spent = {"deployments": 1, "steps": 9.0}
+        folder.append({"instance": 0, "generation": g, "best": g / 1000, **spent} for g in range(done, generations))
         one = InstanceSummary(
             seed=settings.seed,
             generations=generations,

@@ -28,7 +28,7 @@ slcs2 repeat FOLDER [into=DIR]: make the finished run in FOLDER again, and say f
 Settings, grammar, knowledge, batch width and seeds are those that FOLDER records.
   into=DIR              keep the repeated run there; without it, it is thrown away
   compute.devices=N     how many devices are used now; their number changes no bit
-Exit code: 0 every file of the results is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
+Exit code: 0 every file of the results that is there is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
 """
 OPTIONS = ("into", "compute.devices", "compute.cache")
 _NOT_MATCHED = 3
@@ -94,16 +94,15 @@ def _repeat(settings: Settings, config: RunConfig, texts: Mapping[str, str]) -> 
 
 
 def _compare(one: Path, other: Path) -> int:
-    """Print a line for each file of results; 0 if all are the same."""
+    """Print a line for each file of results that the first one has; 0 if all are the same."""
     before, now = _files(one), _files(other)
     differing = 0
-    for name in sorted(before.keys() | now.keys()):
-        if name not in now or name not in before:
-            words = "only in the repeated run" if name in now else "not in the repeated run"
-        else:
-            words = _difference(name, before[name], now[name])
+    for name in sorted(before):
+        words = _difference(name, before[name], now[name]) if name in now else "not in the repeated run"
         differing += words != "same"
         print(f"{terminal(name):40} {words}")
+    if further := len(now.keys() - before.keys()):  # archives keep few solutions
+        print(f"{further} further files are only in the repeated run")
     print("it came to the same" if not differing else f"{differing} files differ", flush=True)
     return _NOT_MATCHED if differing else 0
 

@@ -33,6 +33,7 @@ class Outcome:
         algorithm: its arm's name without `point`.
         point: the factors of all results of the folder in which it is not at their base, with its values.
         curve: float64[generations], best fitness so far; empty for a behaviour that does not evolve.
+        episodes, steps: float64[generations], what the search had spent by then: deployments, and their time-steps.
         fresh: mean fitness of the winner over its fresh deployments; None while the run has not ended.
         deployments: float64[...], fitness of each deployment of a behaviour that does not evolve; empty for others.
         failed: share of the deployments behind the fresh figure that delivered nothing; None where that is not kept.
@@ -45,6 +46,8 @@ class Outcome:
     cell: Cell
     seed: int
     curve: NDArray[np.float64]
+    episodes: NDArray[np.float64]
+    steps: NDArray[np.float64]
     fresh: float | None
     deployments: NDArray[np.float64]
     failed: float | None
@@ -133,16 +136,24 @@ def _refuse_twice(outcomes: Iterable[Outcome]) -> None:
 
 def _outcomes(run: FinishedRun) -> list[Outcome]:
     with telling_damage(f"{run.path}: rows or summary without a figure that each must have"):
-        best = {(row["instance"], row["generation"]): float(row["best"]) for row in run.rows}
-        return [_outcome(run, instance, best) for instance in range(run.settings.instances)]
+        rows = {
+            (row["instance"], row["generation"]): (
+                float(row["best"]),
+                row["deployments"],
+                row["deployments"] * row["steps"],
+            )
+            for row in run.rows
+        }
+        return [_outcome(run, instance, rows) for instance in range(run.settings.instances)]
 
 
-def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], float]) -> Outcome:
+def _outcome(run: FinishedRun, instance: int, rows: Mapping[tuple[int, int], tuple[float, int, float]]) -> Outcome:
     settings, summary = run.settings, run.summary or {}
     evolves = run.record["kind"] == EVOLVED
-    curve: list[float] = []
-    while (instance, len(curve)) in best:  # up to the first gap
-        curve.append(best[instance, len(curve)])
+    told: list[tuple[float, int, float]] = []
+    while (instance, len(told)) in rows:  # up to the first gap
+        told.append(rows[instance, len(told)])
+    curve, episodes, spent = np.array(told, dtype=np.float64).reshape(-1, 3).T
     ended = summary["instances"][instance] if evolves and summary else {}
     steps = int(ended.get("env_steps", 0))
     deployments = np.array(summary.get(DEPLOYED, []), dtype=np.float64)
@@ -152,7 +163,9 @@ def _outcome(run: FinishedRun, instance: int, best: Mapping[tuple[int, int], flo
         algorithm=arm_of(settings, policy_of(run.record)),
         cell=cell_of(settings),
         seed=settings.seed + instance,
-        curve=np.array(curve, dtype=np.float64),
+        curve=curve,
+        episodes=episodes.cumsum(),
+        steps=spent.cumsum(),
         fresh=ended.get("fresh_mean"),
         deployments=deployments,
         failed=failed,

@@ -1,4 +1,4 @@
-"""Figures in the manner of the paper's: fitness with its CI90 in every world, and best so far by generation.
+"""Figures in the manner of the paper's: fitness with its CI90 in every world, and best so far by what was spent.
 
 Told apart in grey too: by marker, by line style and by how dark the colours are. The same results give the same bytes.
 """
@@ -17,7 +17,7 @@ from slcs2_jax.results.arm import CELLS, PLACES, Cell, arm_title
 from slcs2_jax.study.calibration import Fit
 from slcs2_jax.study.paper import printed_mean
 from slcs2_jax.study.statistics import mean_interval
-from slcs2_jax.study.study import BEST, METRICS, Study
+from slcs2_jax.study.study import BEST, GENERATION, METRICS, Study
 
 # colour, marker, line; from dark to light
 STYLES = (
@@ -70,13 +70,13 @@ def _draw_arm(panel: Any, study: Study, metric: str, arm: str, number: int, plac
         panel.annotate(f"{one.mean:.2f}", (x, one.mean), **beside)
 
 
-def curves_figure(study: Study) -> Figure:
-    """Best fitness so far by generation in every cell: mean over the instances and its CI90."""
+def curves_figure(study: Study, by: str = GENERATION) -> Figure:
+    """Best fitness so far in every cell, by one of `SPENT`: mean over the instances and its CI90."""
     cells = [cell for cell in CELLS if study.seeds(cell, BEST)]
     ranges = [name for name in RANGES if any(cell.range == name for cell in cells)]
     columns = max(sum(cell.range == name for cell in cells) for name in ranges)
     figure = Figure(figsize=(1.0 + 2.0 * columns, 0.7 + 1.8 * len(ranges)), layout="constrained")
-    panels = figure.subplots(len(ranges), columns, squeeze=False, sharex=True, sharey=True)
+    panels = figure.subplots(len(ranges), columns, squeeze=False, sharex=by == GENERATION, sharey=True)
     for panel in panels.flat:
         panel.set_axis_off()
     for row, name in enumerate(ranges):
@@ -84,23 +84,23 @@ def curves_figure(study: Study) -> Figure:
             panel = panels[row, column]
             panel.set_axis_on()
             panel.set_title(f"{cell.title} (n = {len(study.seeds(cell, BEST))})")
-            _draw_curves(panel, study, cell)
+            _draw_curves(panel, study, cell, by)
     legend(figure, panels.flat)
-    figure.supxlabel("generation")
+    figure.supxlabel(by)
     figure.supylabel(f"{METRICS[BEST]} so far, mean and CI90")
     return figure
 
 
-def _draw_curves(panel: Any, study: Study, cell: Cell) -> None:
-    generations = np.arange(1, study.generations + 1)
+def _draw_curves(panel: Any, study: Study, cell: Cell, by: str) -> None:
+    looks = study.looks(cell, by)
     for number, arm in enumerate(study.arms):
         colour, _, line = STYLES[number % len(STYLES)]
-        curves = study.curves(arm, cell)
-        panel.plot(generations, curves.mean(axis=0), color=colour, linestyle=line, linewidth=1.2, label=arm_title(arm))
+        curves = study.curves(arm, cell, by)
+        panel.plot(looks, curves.mean(axis=0), color=colour, linestyle=line, linewidth=1.2, label=arm_title(arm))
         if len(curves) > 1:
             bands = [mean_interval(column) for column in curves.T]
             low, high = np.array(bands, dtype=np.float64).T
-            panel.fill_between(generations, low, high, color=colour, alpha=0.15, linewidth=0)
+            panel.fill_between(looks, low, high, color=colour, alpha=0.15, linewidth=0)
 
 
 def calibration_figure(fits: Sequence[Fit]) -> Figure:

@@ -19,7 +19,7 @@ from slcs2_jax.study.overall import overall_table
 from slcs2_jax.study.report_text import report_text
 from slcs2_jax.study.response import grids, responses
 from slcs2_jax.study.response_table import grid_table, grids_table, interactions_table, responses_table
-from slcs2_jax.study.study import BEST, FRESH, METRICS, MOST_ARMS, Study, studies
+from slcs2_jax.study.study import BEST, FRESH, GENERATION, METRICS, MOST_ARMS, SPENT, Study, studies
 from slcs2_jax.study.table import Table, comparisons_table, descriptions_table, failures_table, runs_table
 from slcs2_jax.study.verdict_text import plain, verdicts_markdown
 
@@ -30,7 +30,7 @@ REPORT = "report"  # folder below the runs', unless another is named
 
 # Files of an earlier report, by the ends of their names: that one may have had some that this one has not.
 _TABLES = ("_fitness", "_failures", "_comparisons", "_overall", "_responses", "_means", "_interactions")
-_FIGURES = ("_best", "_fresh", "_curves")
+_FIGURES = ("_best", "_fresh", "_curves", "_curves_by_episodes", "_curves_by_env_steps")
 _OF_REPORTS = {".png": _FIGURES, ".svg": _FIGURES, ".csv": _TABLES}
 
 
@@ -145,11 +145,12 @@ def _figures(study: Study) -> Iterator[tuple[str, Callable[[], Figure]]]:
                     name = f"{_plain(factor.name)}_and_{_plain(other.name)}_{metric}"
                     yield name, partial(response_figure.grids_figure, both)
     if study.generations and study.descriptions(BEST) and few:
-        yield "curves", partial(figure.curves_figure, study)
+        for by in SPENT:
+            yield "curves" if by == GENERATION else f"curves_by_{_plain(by)}", partial(figure.curves_figure, study, by)
 
 
 def _plain(setting: str) -> str:
-    return setting.replace(".", "_")
+    return setting.replace(".", "_").replace("-", "_")
 
 
 def _write_verdicts(place: Path, findings: Sequence[Finding]) -> None:

@@ -19,6 +19,9 @@ from slcs2_jax.study.statistics import Comparison, Description, Values, compare,
 BEST, FRESH = "best", "fresh"
 METRICS = {BEST: "best fitness of the search", FRESH: "winner's mean over fresh deployments"}
 MOST_ARMS = 6  # that one figure tells apart
+GENERATION = "generation"
+SPENT = (GENERATION, "episodes", "env-steps")  # what a search is looked at by
+_LOOKS = 200  # at curves by episodes or env-steps
 SWEEP = "sweep"  # name of the study of runs that differ in settings
 
 
@@ -96,17 +99,35 @@ class Study:
         """
         return self._compared[metric]
 
-    def curves(self, arm: str, cell: Cell) -> Values:
-        """float64[instances, generations]: best so far; one figure throughout of a behaviour that does not evolve."""
+    def looks(self, cell: Cell, by: str = GENERATION) -> Values:
+        """Where the searches of a cell are looked at, one of `SPENT`, in ascending order.
+
+        By generation each; else evenly, from where each has a figure to what each of them has spent: generations cost
+        more or fewer episodes, as solutions are deployed again.
+        """
+        if by == GENERATION:
+            return np.arange(1.0, self.generations + 1)
+        spent = [_spent(one, by)[: self.generations] for one in self._shared_outcomes(cell) if one.evolves]
+        first = max((one[0] for one in spent), default=0.0)
+        return np.linspace(first, max(first, min((one[-1] for one in spent), default=0.0)), _LOOKS)
+
+    def curves(self, arm: str, cell: Cell, by: str = GENERATION) -> Values:
+        """float64[instances, looks]: best so far; one figure throughout of a behaviour that does not evolve, and of a
+        search that has ended."""
+        looks = self.looks(cell, by)
+        by_seed = {one.seed: one for one in self._shared_outcomes(cell) if one.arm == arm}
         curves = []
-        by_seed = {one.seed: one for one in self.outcomes if (one.arm, one.cell) == (arm, cell)}
         for seed in self.seeds(cell, BEST) if by_seed else ():
             one = by_seed[seed]
-            flat = np.full(self.generations, self.figures(arm, cell, BEST)[seed])
             if one.evolves:
-                flat[: len(one.curve)] = one.curve[: self.generations]
-            curves.append(flat)
+                curves.append(one.curve[np.searchsorted(_spent(one, by), looks, side="right") - 1])
+            else:
+                curves.append(np.full(len(looks), self.figures(arm, cell, BEST)[seed]))
         return np.array(curves, dtype=np.float64)
+
+    def _shared_outcomes(self, cell: Cell) -> list[Outcome]:
+        seeds = self.seeds(cell, BEST)
+        return [one for one in self.outcomes if one.cell == cell and one.seed in seeds]
 
     def failed_deployments(self, arm: str, cell: Cell) -> float | None:
         """Share of single fresh deployments, of an evolved winner or another behaviour, that delivered nothing.
@@ -169,6 +190,13 @@ class Study:
             ]
             found |= dict(zip(family, holm(pairs), strict=True))
         return found
+
+
+def _spent(one: Outcome, by: str) -> Values:
+    """What a search had spent by each of its generations."""
+    if by == GENERATION:
+        return np.arange(1.0, len(one.curve) + 1)
+    return one.episodes if by == "episodes" else one.steps
 
 
 def studies(

@@ -36,6 +36,16 @@ def test_what_differs_is_named(finished, tmp_path, capfd):
     assert out.endswith("3 files differ\n")
 
 
+def test_files_that_were_not_kept_are_no_difference(finished, tmp_path, capfd):
+    copy = tmp_path / "copy"
+    shutil.copytree(finished, copy)
+    gone = [copy / "checkpoint.npz", *(copy / "solutions").glob("*_member_*")]
+    for file in gone:
+        file.unlink()
+    assert cli.main(["repeat", str(copy)]) == 0
+    assert f"\n{len(gone)} further files are only in the repeated run\nit came to the same\n" in capfd.readouterr().out
+
+
 def test_a_grammar_that_is_gone_is_no_hindrance(tiny_run, tmp_path, capfd):
     file = tmp_path / "mine.bnf"
     file.write_text(load_grammar("main").text)

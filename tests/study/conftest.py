@@ -48,13 +48,16 @@ class Maker:
         fresh: float | None = None,
         failed: float | None = None,
         planned: int | None = None,
+        deployments: Sequence[int] = (),
         **own: Any,
     ) -> Path:
-        """A run with these best figures so far by generation; it has ended if `fresh` is given."""
+        """A run with these best figures so far by generation, of so many deployments, or two, of 50 time-steps each;
+        it has ended if `fresh` is given."""
         settings = self.settings(arm, cell, seed, planned or len(best), **own)
         folder = RunFolder.create(settings, device="1 x cpu", kind="evolve")
         folder.append(
-            {"instance": 0, "seed": seed, "generation": at, "fitness": value, "best": value}
+            {"instance": 0, "seed": seed, "generation": at, "fitness": value, "best": value, "steps": 50.0}
+            | {"deployments": deployments[at] if deployments else 2}
             for at, value in enumerate(best)
         )
         if fresh is not None:

@@ -7,6 +7,9 @@ import sys
 import tarfile
 from pathlib import Path
 
+import slcs2_jax as slcs2
+from slcs2_jax.config import Knowledge, Rules, Search, Settings, Swarm, World
+from slcs2_jax.results.rows import parse_row, row_line
 from slcs2_jax.results.swarms import swarm_file
 from slcs2_jax.study.report import write_report
 
@@ -47,6 +50,28 @@ def test_nothing_outside_a_run_is_archived(make, tmp_path):
     assert done.returncode == 1
     assert "solutions is a link; accepted is a folder" in done.stderr
     assert not (tmp_path / "out.tar.xz").exists()
+
+
+def test_archived_runs_come_to_the_same_again_or_are_named(tmp_path):
+    world = World(environment="open", distance=120.0, time_limit=120)
+    for seed in range(2):
+        settings = Settings(
+            world=world, rules=Rules(rules=14), swarm=Swarm(agents=3, packets=4), seed=seed, instances=1,
+            knowledge=Knowledge(mode="reflex"), search=Search(generations=2, fresh_deployments=1, max_redeployments=0),
+            run_dir=str(tmp_path / "runs" / f"seed_{seed}"),
+        )  # fmt: skip
+        slcs2.evolve(settings)
+    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "runs.tar.xz").returncode == 0
+    done = script("repeat_runs.py", tmp_path / "runs.tar.xz")
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "2 of 2 came to the same bytes"), done.stderr
+    rows = tmp_path / "runs" / "seed_1" / "generations.jsonl"
+    first, *others = rows.read_bytes().splitlines(keepends=True)
+    rows.write_bytes(b"".join([row_line(parse_row(first) | {"best": 0.5}), *others]))
+    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "other.tar.xz").returncode == 0
+    done = script("repeat_runs.py", tmp_path / "other.tar.xz", "--count", 2)
+    assert done.returncode == 1
+    assert "runs/seed_1: 1 files differ\n" in done.stdout
+    assert done.stdout.endswith("1 of 2 came to the same bytes\n")
 
 
 def test_the_swarm_that_ships_is_the_best_by_fresh_deployments(make):

@@ -29,16 +29,22 @@ def test_a_designed_behaviours_result_is_its_mean(make):
     assert one.best(500) == one.fresh_after(7) == pytest.approx(-0.1)
 
 
+def spent(generation):
+    return {"deployments": 1 + generation, "steps": 10.0 * (1 + generation)}
+
+
 def test_the_instances_of_one_run(tmp_path):
     folder = RunFolder.create(Settings(seed=5, instances=2, run_dir=str(tmp_path)), device="cpu", kind="evolve")
     rows = [(0, 0, 0.1), (1, 0, 0.3), (1, 1, 0.4)]
-    folder.append({"instance": i, "generation": g, "best": best} for i, g, best in rows)
-    assert [(one.seed, list(one.curve)) for one in collect(tmp_path)] == [(5, [0.1]), (6, [0.3, 0.4])]
+    folder.append({"instance": i, "generation": g, "best": best, **spent(g)} for i, g, best in rows)
+    found = collect(tmp_path)
+    assert [(one.seed, list(one.curve)) for one in found] == [(5, [0.1]), (6, [0.3, 0.4])]
+    assert [(list(one.episodes), list(one.steps)) for one in found] == [([1], [10]), ([1, 3], [10, 50])]
 
 
 def test_rows_in_any_order_and_up_to_the_first_gap(tmp_path):
     folder = RunFolder.create(Settings(instances=1, run_dir=str(tmp_path)), device="cpu", kind="evolve")
-    folder.append({"instance": 0, "generation": g, "best": g / 10} for g in (2, 0, 1, 4))
+    folder.append({"instance": 0, "generation": g, "best": g / 10, **spent(g)} for g in (2, 0, 1, 4))
     assert list(collect(tmp_path)[0].curve) == [0.0, 0.1, 0.2]
 
 

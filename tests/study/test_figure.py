@@ -79,6 +79,16 @@ def test_curves_are_means_by_generation_with_labelled_axes(study):
     assert len(shown[0].collections) == 2  # a band for each arm
 
 
+def test_curves_by_episodes_have_an_axis_for_each_world(study):
+    drawn = figure.curves_figure(study, "episodes")
+    shown = [panel for panel in drawn.axes if panel.axison]
+    line = next(line for line in shown[0].lines if line.get_label() == "SLCS2")
+    assert (line.get_xdata()[0], line.get_xdata()[-1]) == (2, 4)
+    assert (line.get_ydata()[0], line.get_ydata()[-1]) == (pytest.approx(0.1), pytest.approx(0.2))
+    assert drawn.get_supxlabel() == "episodes"
+    assert not shown[0].get_shared_x_axes().joined(shown[0], shown[1])
+
+
 def test_calibration_shows_every_level(tmp_path):
     tried = points({"radio.noise_dbm": [-97.0, -91.0], "swarm.agents": [8]}, {}, 0)
     estimates = {

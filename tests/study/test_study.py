@@ -152,6 +152,23 @@ def test_curves(make):
     assert one.comparisons(BEST)[Contest("designed", OPEN)].difference == pytest.approx(0.3 - -0.25)
 
 
+def test_curves_by_what_was_spent_begin_and_end_where_every_search_has_a_figure(make):
+    make.evolved("slcs2", "open_short", 0, [0.1, 0.2, 0.3], deployments=[1, 3, 6])
+    make.evolved("ailta", "open_short", 0, [0.0, 0.4, 0.5], deployments=[2, 1, 2])
+    make.designed("open_short", 0, [0.6])
+    arms = {"one": ("One", ("slcs2", "ailta", "designed"))}
+    [one] = studies(collect(make.root), arms)
+    for by, each in (("episodes", 1), ("env-steps", 50)):
+        looks = one.looks(OPEN, by)
+        assert (looks[0], looks[-1], np.diff(looks).min() > 0) == (2 * each, 5 * each, True)
+        [own], [other], [designed] = (one.curves(arm, OPEN, by) for arm in arms["one"][1])
+        assert own.tolist() == [0.1 if at < 4 * each else 0.2 for at in looks]
+        assert other.tolist() == [0.0 if at < 3 * each else 0.4 if at < 5 * each else 0.5 for at in looks]
+        assert set(designed) == {0.6}
+    [early] = studies(collect(make.root), arms, generations=2)
+    assert early.looks(OPEN, "episodes")[-1] == 3
+
+
 def test_searches_that_stop_by_their_episodes_are_looked_at_where_they_ended(make):
     budget = {"search": {"episodes": 150}}
     for seed, best in enumerate([[0.1, 0.2, 0.5], [0.3], [0.1, 0.4]]):
