@@ -12,7 +12,7 @@ from pathlib import Path
 import fault_campaign_files as files
 from fault_campaign_kills import results
 
-from slcs2_jax.config import Checkpoint, Compute, InputError, Rules, Search, Settings, Swarm, World
+from slcs2_jax.config import Checkpoint, Compute, InputError, Knowledge, Rules, Search, Settings, Swarm, World
 from slcs2_jax.results import FinishedRun, Quiet, read_run
 from slcs2_jax.results.sweep import SWEEP, runs_below, write_sweep
 
@@ -34,7 +34,8 @@ def settings(run_dir: Path, generations: int = 4) -> Settings:
     return Settings(
         world=World(distance=120.0, time_limit=60),
         swarm=Swarm(agents=3, packets=3),
-        rules=Rules(rules=6),
+        rules=Rules(rules=14),
+        knowledge=Knowledge(mode="reflex"),
         search=Search(generations=generations, fresh_deployments=2),
         compute=Compute(devices=1, chunk=20),
         checkpoint=Checkpoint(generations=1, seconds=None),

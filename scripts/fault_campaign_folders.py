@@ -33,6 +33,7 @@ from slcs2_jax.results.run_folder import (
     CHECKPOINT_FORMAT,
     GENERATIONS,
     GRAMMAR,
+    KNOWLEDGE,
     SOLUTIONS,
     SUMMARY,
     TIMING,
@@ -43,7 +44,7 @@ from slcs2_jax.results.sweep import SWEEP
 BEST = f"{SOLUTIONS}/instance_000_best.npz"
 TRANSFER = "transfer"
 FILES = (
-    *(CONFIG, GENERATIONS, CHECKPOINT, GRAMMAR, SUMMARY, TIMING, SWEEP, "lock", BEST, "report.html"),
+    *(CONFIG, GENERATIONS, CHECKPOINT, GRAMMAR, KNOWLEDGE, SUMMARY, TIMING, SWEEP, "lock", BEST, "report.html"),
     *(f"{TRANSFER}/{name}" for name in ("deployments.jsonl", "matrix.csv", "transfer.png", "lock")),
 )
 FOLDERS = (SOLUTIONS, "report", TRANSFER)
