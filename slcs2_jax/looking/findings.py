@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from slcs2_jax.config.escape import markdown_code
 from slcs2_jax.results import FinishedRun, SavedSolution
 
 _MOST_RULES = 6  # that are named
-_HARDLY, _MOSTLY = 1 / 3, 2 / 3  # shares of agents
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -101,32 +99,6 @@ def in_words(found: Findings, agents: int) -> list[str]:
         lines.append(
             f"A delivered packet passed through {found.carriers:.1f} agents in the mean; the carrying was shared as if "
             f"{found.carrying:.1f} of {agents} agents did it alike."
-        )
-    return lines
-
-
-def group_words(several: Sequence[Findings]) -> list[str]:
-    """The same of many winners in one kind of world, in Markdown: what most of them have in common."""
-    lines = []
-    with_reflexes = [one.reflexes for one in several if one.reflexes]
-    if with_reflexes:
-        means = reflex_shares(several)
-        off = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share < _HARDLY]
-        on = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share > _MOSTLY]
-        lines.append(f"Reflexes in most agents: {'; '.join(on) or 'none'}.")
-        lines.append(f"Switched off in most agents: {'; '.join(off) or 'none'}.")
-    acting = acting_shares(several)[:_MOST_RULES]
-    if acting:
-        told = "; ".join(
-            f"{markdown_code(text)} ({share:.1%}, {count} of {len(several)})" for text, share, count in acting
-        )
-        lines.append(f"Learned rules that act most (share of all acts, winners in which they act): {told}.")
-    carriers = [one.carriers for one in several if one.carriers is not None]
-    carrying = [one.carrying for one in several if one.carrying is not None]
-    if carriers and carrying:
-        lines.append(
-            f"Packets pass through {np.mean(carriers):.1f} agents in the mean; carrying is shared as if "
-            f"{np.mean(carrying):.1f} agents did it alike."
         )
     return lines
 
