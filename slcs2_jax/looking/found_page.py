@@ -12,18 +12,19 @@ from slcs2_jax.looking.findings import Findings, acting_shares, reflex_shares
 
 TITLE = "# What evolution found"
 _INTRODUCTION = """\
-What winners do that their designer does not. Every agent has a list of rules; one says when it may act (clauses, joined \
-by `&`) and what it then does (behind `=>`). A *reflex* acts before any choice: the first one that holds. Where none \
-does, an agent chooses among its other rules, which evolved, by the quality that it has learnt of them.
+What winners do that their designer does not. Every agent has a list of rules; one says when it may act (clauses, \
+joined by `&`) and what it then does (behind `=>`). A *reflex* acts before any choice: the first one that holds. Where \
+none does, an agent chooses among its other rules, which evolved, by the quality that it has learnt of them.
 
-`si` and `so` are the neighbours that are next on the way to the sink and to the source, `c` is the closest one; `d_si` \
-is the distance to the first of them, `net` the range of the radio, `d_th` the least distance that agents should keep. \
-`NI <= P_rs` means that it is quiet: nobody else is heard sending.
+`si` and `so` are the neighbours that are next on the way to the sink and to the source, `c` is the closest one; \
+`d_si` is the distance to the first of them, `net` the range of the radio, `d_th` the distance below which agents are \
+in a crowd. `NI <= P_rs` means that it is quiet: nobody else is heard sending.
 
-Shares are means over winners: of agents in which a rule is a reflex, and of all that agents did in the deployments \
+Shares are means over winners: of agents in which a rule is a reflex, and of all acts of all agents in the deployments \
 that evaluated them."""
 _KEPT = 0.9  # share of agents from which on a reflex counts as kept
 _MOST_OFF, _MOST_ACTIONS, _MOST_OWN = 4, 10, 3  # that are told of
+_NEVER = (0.0, 0.0)
 
 Worlds = Mapping[str, Sequence[Findings]]  # the winners in each world
 
@@ -50,7 +51,7 @@ def in_short(worlds: Worlds) -> list[str]:
             lines.append(f"Most often switched off, by the share of agents in which they are left: {told}.")
         own = {world: _mean(several, lambda one: one.by_reflex) for world, several in worlds.items()}
         lines.append(
-            f"Of all that agents did, reflexes brought about {_from_to(own, '{:.0%}')}; learned rules the rest."
+            f"Of all that agents did, reflexes brought about {_from_to(own, '{:.0%}')}; what was learnt, the rest."
         )
     through = {world: mean for world, several in worlds.items() if (mean := _carriers(several)) is not None}
     if through:
@@ -65,19 +66,20 @@ def _tables(worlds: Worlds) -> list[str]:
         rows = [[markdown(text), *(_share(own.get(text)) for own in shares.values())] for text in _texts(shares)]
         parts += ["### The designer's rules: in how many agents they are reflexes", _table("rule", worlds, rows)]
     actions = {world: _actions(several) for world, several in worlds.items()}
-    most = Counter[str]()
-    for own in actions.values():
-        most.update(own)
+    order = sorted(
+        dict.fromkeys(text for own in actions.values() for text in own),
+        key=lambda text: -sum(own.get(text, _NEVER)[0] for own in actions.values()),
+    )
     rows = [
-        [markdown(text), *(f"{own[text]:.1%}" for own in actions.values())]
-        for text, _ in most.most_common(_MOST_ACTIONS)
+        [markdown(text), *("{:.0%} ({:.0%})".format(*own.get(text, _NEVER)) for own in actions.values())]
+        for text in order[:_MOST_ACTIONS]
     ]
-    rows.append(["*reflexes*", *(_share(_mean(several, lambda one: one.by_reflex)) for several in worlds.values())])
-    parts += ["### What learned rules do: shares of all acts", _table("action", worlds, rows)]
+    parts += ["### What agents do: shares of all acts, in brackets those that no reflex brought about"]
+    parts += [_table("action", worlds, rows)]
     parts += ["### Learned rules that set a world apart"]
     parts += [
-        "Those that act more often here than in the mean of the other worlds (share of all acts; winners in which they "
-        "act):"
+        "Those that act more often here than in the mean of the other worlds (share of all acts; winners in which "
+        "they act):"
         if len(worlds) > 1
         else "Those that act most (share of all acts; winners in which they act):"
     ]
@@ -86,13 +88,11 @@ def _tables(worlds: Worlds) -> list[str]:
     return parts
 
 
-def _actions(several: Sequence[Findings]) -> Counter[str]:
-    """Mean share of all acts that learned rules with each action brought about."""
-    found: Counter[str] = Counter()
-    for one in several:
-        for text, share in one.acting.items():
-            found[text.rpartition(" => ")[2]] += share / len(several)  # type: ignore[assignment]
-    return found
+def _actions(several: Sequence[Findings]) -> dict[str, tuple[float, float]]:
+    """By action, its mean share of all acts, and that of acts that no reflex brought about."""
+    texts = dict.fromkeys(text for one in several for text in one.actions)
+    means = {text: np.mean([one.actions.get(text, _NEVER) for one in several], axis=0) for text in texts}
+    return {text: (float(mean[0]), float(mean[1])) for text, mean in means.items()}
 
 
 def _own(world: str, worlds: Worlds) -> list[str]:
