@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
 TAKES_SETTINGS = False
 HELP = """\
-slcs2 found FOLDER [out=FILE]: what the winners of all finished runs in FOLDER and below it do, in words: which of the
-designer's rules are reflexes and which are switched off, which learned rules act most, how packets travel
+slcs2 found FOLDER [out=FILE]: what the winners of all finished runs in FOLDER and below it do, worlds side by side:
+which of the designer's rules are reflexes and which are switched off, what agents do and how much of it by learned
+rules, which of these set a world apart, how packets travel
 
   out=FILE          a new file, Markdown; without it, on the terminal
   arm=NAME          of one kind of search alone, as its folder in an experiment is called: informed_150_episodes
