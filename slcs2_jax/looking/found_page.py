@@ -22,7 +22,7 @@ in a crowd. `NI <= P_rs` means that it is quiet: nobody else is heard sending.
 
 Shares are means over winners: of agents in which a rule is a reflex, and of all acts of all agents in the deployments \
 that evaluated them."""
-_KEPT = 0.9  # share of agents from which on a reflex counts as kept
+_KEPT = 0.75  # share of agents from which on a reflex counts as kept
 _MOST_OFF, _MOST_ACTIONS, _MOST_OWN = 4, 10, 3  # that are told of
 _NEVER = (0.0, 0.0)
 
@@ -44,7 +44,7 @@ def in_short(worlds: Worlds) -> list[str]:
     if any(shares.values()):
         by_rule = {text: {world: own[text] for world, own in shares.items() if text in own} for text in _texts(shares)}
         kept = [text for text, own in by_rule.items() if min(own.values()) >= _KEPT]
-        lines.append(f"Kept as a reflex by nearly all agents everywhere: {_listed(kept)}.")
+        lines.append(f"Kept as a reflex by three of four agents and more, everywhere: {_listed(kept)}.")
         off = sorted((text for text in by_rule if text not in kept), key=lambda text: min(by_rule[text].values()))
         told = "; ".join(f"{markdown_code(text)} {_from_to(by_rule[text], '{:.0%}')}" for text in off[:_MOST_OFF])
         if told:

@@ -110,7 +110,7 @@ def test_the_page_says_where_reflexes_are_switched_off_and_what_acts_there():
     a, b = told({"a => x": 1.0, "b => y": 0.95}, {"c => x": 0.1}), told({"a => x": 1.0, "b => y": 0.2}, {"d => y": 0.6})
     worlds = {"short open": [a], "long urban": [b, b]}
     kept, off, acts, packets = in_short(worlds)
-    assert kept == "Kept as a reflex by nearly all agents everywhere: `a => x`."
+    assert kept == "Kept as a reflex by three of four agents and more, everywhere: `a => x`."
     assert off.endswith("they are left: `b => y` 20% (long urban) to 95% (short open).")
     assert "reflexes brought about 40% (long urban) to 90% (short open)" in acts
     assert packets == "A delivered packet passed through 4.0 agents."
