@@ -87,15 +87,28 @@ def test_the_table_of_searches_is_that_of_the_runs():
     folder = DOCS / "results" / "searches"
     shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end", text("results/searches/README.md"), re.M | re.S)
     assert shown is not None
-    arms = ["informed search, 150 episodes", "random search with knowledge, 150 episodes",
-            "the best of two starters, 150 episodes", "knowledge alone", "SLCS2, 150 episodes", "designed"]  # fmt: skip
-    with (folder / "searches_150_fitness.csv").open(encoding="utf-8") as file:
+    arms = ["informed search, 200 episodes", "random search with knowledge, 200 episodes",
+            "the best of two starters, 200 episodes", "knowledge alone", "SLCS2, 200 episodes", "designed"]  # fmt: skip
+    with (folder / "searches_200_fitness.csv").open(encoding="utf-8") as file:
         figures = {(row["world"], row["arm"]): float(row["fresh mean"]) for row in csv.DictReader(file)}
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
     assert len(rows) == 10
     for world, *cells in rows:
         said = [float(cell.replace("−", "-")) for cell in cells]
         assert said == [round(figures[world, arm], 3) for arm in arms], world
+
+
+def test_the_table_of_the_ablation_is_that_of_the_runs():
+    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end", text("results/ablation/README.md"), re.M | re.S)
+    assert shown is not None
+    with (DOCS / "results" / "ablation" / "ablation_150_fitness.csv").open(encoding="utf-8") as file:
+        figures = {(row["world"], row["arm"]): float(row["fresh mean"]) for row in csv.DictReader(file)}
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
+    assert {arm for arm, *_ in rows} == {arm.removesuffix(", 150 episodes") for _, arm in figures}
+    worlds = ("short open", "short jammed", "short urban", "short urban jammed", "short overall")
+    for arm, *cells in rows:
+        said = [float(cell.replace("−", "-")) for cell in cells[:5]]
+        assert said == [round(figures[world, f"{arm}, 150 episodes"], 3) for world in worlds], arm
 
 
 def test_the_table_of_results_is_that_of_the_runs():

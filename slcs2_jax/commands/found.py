@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slcs2_jax.commands.looked_at import new_file, subject_and_options
 from slcs2_jax.commands.report import print_passed
 from slcs2_jax.config.errors import InputError
-from slcs2_jax.config.escape import markdown, terminal
+from slcs2_jax.config.escape import terminal
 
 if TYPE_CHECKING:
     from slcs2_jax.looking.findings import Findings
 
 TAKES_SETTINGS = False
 HELP = """\
-slcs2 found FOLDER [out=FILE]: what the winners of all finished runs in FOLDER and below it do, in words: which of the
-designer's rules are reflexes and which are switched off, which learned rules act most, how packets travel
+slcs2 found FOLDER [out=FILE]: what the winners of all finished runs in FOLDER and below it do, worlds side by side:
+which of the designer's rules are reflexes and which are switched off, what agents do and how much of it by learned
+rules, which of these set a world apart, how packets travel
 
   out=FILE          a new file, Markdown; without it, on the terminal
   arm=NAME          of one kind of search alone, as its folder in an experiment is called: informed_150_episodes
@@ -25,14 +25,15 @@ Winners of one kind of search in one kind of world are told of together. slcs2 r
 """
 _DEFAULTS: dict[str, Any] = {"out": None, "arm": None}
 OPTIONS = tuple(_DEFAULTS)
-TITLE = "# What evolution found"
 
 
 def run(arguments: list[str]) -> int:
     """Read the winners, and tell of them."""
     folder, options = subject_and_options("found", arguments, _DEFAULTS)
+    from slcs2_jax.looking.found_page import page
+
     out, passed = new_file(options["out"]), []  # type: ignore[var-annotated]
-    told = _told(_groups(Path(folder), options["arm"], passed))
+    told = page(_groups(Path(folder), options["arm"], passed))
     print_passed(passed)
     if out is None:
         print(terminal(told, lines=True), end="", flush=True)
@@ -44,8 +45,8 @@ def run(arguments: list[str]) -> int:
     return 0
 
 
-def _groups(folder: Path, arm: str | None, passed: list[str]) -> dict[tuple[str, str], list[Findings]]:
-    """The findings of every winner, by the search's arm and the world."""
+def _groups(folder: Path, arm: str | None, passed: list[str]) -> dict[str, dict[str, list[Findings]]]:
+    """The findings of every winner, by the search's arm and by world."""
     from slcs2_jax.looking.findings import findings
     from slcs2_jax.results import read_run
     from slcs2_jax.results.arm import CELLS, arm_of, arm_title, cell_of
@@ -72,41 +73,7 @@ def _groups(folder: Path, arm: str | None, passed: list[str]) -> dict[tuple[str,
     if not found:
         of = f" of arm={arm}; there are {', '.join(sorted(arms))}" if arm and arms else ""
         raise InputError(f"folder={folder}: holds no finished run of evolution{of}; accepted is a folder with such")
-    return {(title, world): found[title, at, world] for title, at, world in sorted(found)}
-
-
-def _told(groups: Mapping[tuple[str, str], Sequence[Findings]]) -> str:
-    from slcs2_jax.looking.findings import group_words, reflex_shares
-
-    parts = [
-        TITLE,
-        "What winners do that their designer does not. Shares are means over winners: of agents in which a rule is a "
-        "reflex, and of all that agents did.",
-    ]
-    for title in dict.fromkeys(title for title, _ in groups):
-        own = {world: several for (name, world), several in groups.items() if name == title}
-        parts.append(f"## {_first_large(title)}")
-        shares = {world: reflex_shares(several) for world, several in own.items()}
-        if any(shares.values()):
-            parts.append(_table(shares))
-        for world, several in own.items():
-            parts.append(f"### {_first_large(world)} ({len(several)} winners)")
-            parts.append("\n".join(f"- {line}" for line in group_words(several)))
-    return "\n\n".join(parts) + "\n"
-
-
-def _table(shares: Mapping[str, Mapping[str, float]]) -> str:
-    """Of each rule of knowledge, the share of agents in which it is a reflex, in each world."""
-    texts = list(dict.fromkeys(text for own in shares.values() for text in own))
-    lines = [
-        "| reflex | " + " | ".join(markdown(world) for world in shares) + " |",
-        "|---|" + "--:|" * len(shares),
-    ]
-    for text in texts:
-        cells = (f"{own[text]:.0%}" if text in own else "-" for own in shares.values())
-        lines.append(f"| {markdown(text)} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
-def _first_large(text: str) -> str:
-    return markdown(text[:1].upper() + text[1:])
+    grouped: dict[str, dict[str, list[Findings]]] = {}
+    for title, at, world in sorted(found):
+        grouped.setdefault(title, {})[world] = found[title, at, world]
+    return grouped

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -129,7 +130,14 @@ class Search(Section):
         high=64,
     )
     final_deployments: int = setting(
-        6, "informed: deployments of each finalist in each round", reason="untuned", low=1, high=1000
+        6, "informed: least deployments of each finalist in each round", reason="untuned", low=1, high=1000
+    )
+    final_share: float = setting(
+        0.4,
+        "informed: share of search.episodes that the final takes, where that gives each finalist more deployments",
+        reason="a few failures in a hundred deployments show in 40, and not in 18",
+        low=0,
+        high=0.9,
     )
     final_every: int = setting(
         20,
@@ -141,6 +149,11 @@ class Search(Section):
     fresh_deployments: int = setting(
         30, "fresh deployments that measure the winner afterwards", status="run", low=1, high=10**6
     )
+
+    def in_final(self, worlds: int) -> int:
+        """Deployments of each finalist in each round of a final; in many worlds, whole rounds through them."""
+        share = math.floor(self.final_share * (self.episodes or 0) / (2 * self.finalists - 2))
+        return max(self.final_deployments, share) if worlds == 1 else worlds * max(1, share // worlds)
 
     def cross_check(self) -> None:
         if self.generations % self.batch:  # else a run that goes further would not be as one that went so far at once

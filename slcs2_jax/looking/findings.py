@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from slcs2_jax.config.escape import markdown_code
 from slcs2_jax.results import FinishedRun, SavedSolution
 
 _MOST_RULES = 6  # that are named
-_HARDLY, _MOSTLY = 1 / 3, 2 / 3  # shares of agents
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,8 +23,11 @@ class Findings:
 
     Attributes:
         reflexes: of each rule of knowledge, the share of agents in which it is a reflex; none without reflexes.
-        by_reflex: share of all that agents did that was a reflex's doing.
-        acting: of each other rule, the share of all that agents did that it brought about, the greatest first.
+        by_reflex: share of all acts that were a reflex's doing.
+        actions: of each action, its share of all acts, and that of acts with it that no reflex brought about; the
+            greatest first.
+        acting: of each rule that was no reflex, the share of all acts in which it took part beyond those that a reflex
+            brought about, the greatest first.
         delivered: mean packets at the sink in the deployments of its generation; None where the row is not there.
         carriers: agents that a delivered packet passes through, in the mean; None if nothing was delivered.
         carrying: how many agents share the carrying: 1 / sum of squared shares, from 1 to n; None likewise.
@@ -34,6 +35,7 @@ class Findings:
 
     reflexes: dict[str, float]
     by_reflex: float
+    actions: dict[str, tuple[float, float]]
     acting: dict[str, float]
     delivered: float | None
     carriers: float | None
@@ -41,27 +43,47 @@ class Findings:
 
 
 def findings(solution: SavedSolution, run: FinishedRun | None = None, instance: int = 0) -> Findings:
-    """What is to be said of a solution; `run` and `instance` it comes from, for its row."""
+    """What is to be said of a solution; `run` and `instance` it comes from, for its row.
+
+    In an act take part all rules that hold and say the same, and usage counts that. So an agent acted in one way as
+    often as the rule that took part most often, and reflexes did as often as the one among them.
+    """
     rules, usage = solution.rules, solution.usage.astype(np.float64)
-    total = max(float(usage.sum()), 1.0)
     flags = rules.reflex if rules.reflex is not None else np.zeros(usage.shape, bool)
+    acts, by_reflex = _acts(rules.action, usage), _acts(rules.action, np.where(flags, usage, 0))
+    total = max(sum(float(count.sum()) for count in acts.values()), 1.0)
     known = _known(solution)
     places = {rules.text(0, place): float(flags[:, place].mean()) for place in range(known)}
-    acting: Counter[str] = Counter()
+    own: dict[tuple[str, int], float] = {}  # by rule and agent, which may have it in several places
     for agent, place in np.argwhere((usage > 0) & ~flags).tolist():
-        acting[rules.text(agent, place)] += usage[agent, place]
+        beyond = float(usage[agent, place] - by_reflex[int(rules.action[agent, place])][agent])
+        if beyond > 0:
+            rule = rules.text(agent, place), agent
+            own[rule] = max(beyond, own.get(rule, 0.0))
+    acting: Counter[str] = Counter()
+    for (text, _), count in own.items():
+        acting[text] += count  # type: ignore[assignment]
     row = _row(solution, run, instance)
     contribution = np.array(row["contribution"] if row else solution.contribution, np.float64)
     delivered = None if row is None else float(row["delivered"])
     moved = contribution.sum()
     return Findings(
         reflexes=places if rules.reflex is not None else {},
-        by_reflex=float(usage[flags].sum()) / total,
+        by_reflex=sum(float(count.sum()) for count in by_reflex.values()) / total,
+        actions={
+            rules.vocabulary.action_text(one): (count.sum() / total, (count - by_reflex[one]).sum() / total)
+            for one, count in sorted(acts.items(), key=lambda item: -item[1].sum())
+        },
         acting={text: count / total for text, count in acting.most_common()},
         delivered=delivered,
         carriers=float(moved / delivered) if delivered else None,
         carrying=float(moved**2 / (contribution**2).sum()) if moved else None,
     )
+
+
+def _acts(action: np.ndarray, usage: np.ndarray) -> dict[int, np.ndarray]:
+    """By action, how often each agent did it, float64[n]: the usage of the rule that took part most often."""
+    return {int(one): np.where(action == one, usage, 0).max(axis=1) for one in np.unique(action)}
 
 
 def _known(solution: SavedSolution) -> int:
@@ -92,7 +114,7 @@ def in_words(found: Findings, agents: int) -> list[str]:
         if some:
             told = "; ".join(f"{text} ({count} of {agents})" for text, count in some.items())
             lines.append(f"In some agents: {told}.")
-        lines.append(f"Reflexes did {found.by_reflex:.0%} of all that was done, learned rules the rest.")
+        lines.append(f"Reflexes did {found.by_reflex:.0%} of all that was done, what was learnt the rest.")
     most = list(found.acting.items())[:_MOST_RULES]
     if most:
         told = "; ".join(f"{text} ({share:.1%})" for text, share in most)
@@ -101,32 +123,6 @@ def in_words(found: Findings, agents: int) -> list[str]:
         lines.append(
             f"A delivered packet passed through {found.carriers:.1f} agents in the mean; the carrying was shared as if "
             f"{found.carrying:.1f} of {agents} agents did it alike."
-        )
-    return lines
-
-
-def group_words(several: Sequence[Findings]) -> list[str]:
-    """The same of many winners in one kind of world, in Markdown: what most of them have in common."""
-    lines = []
-    with_reflexes = [one.reflexes for one in several if one.reflexes]
-    if with_reflexes:
-        means = reflex_shares(several)
-        off = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share < _HARDLY]
-        on = [f"{markdown_code(text)} ({share:.0%})" for text, share in means.items() if share > _MOSTLY]
-        lines.append(f"Reflexes in most agents: {'; '.join(on) or 'none'}.")
-        lines.append(f"Switched off in most agents: {'; '.join(off) or 'none'}.")
-    acting = acting_shares(several)[:_MOST_RULES]
-    if acting:
-        told = "; ".join(
-            f"{markdown_code(text)} ({share:.1%}, {count} of {len(several)})" for text, share, count in acting
-        )
-        lines.append(f"Learned rules that act most (share of all acts, winners in which they act): {told}.")
-    carriers = [one.carriers for one in several if one.carriers is not None]
-    carrying = [one.carrying for one in several if one.carrying is not None]
-    if carriers and carrying:
-        lines.append(
-            f"Packets pass through {np.mean(carriers):.1f} agents in the mean; carrying is shared as if "
-            f"{np.mean(carrying):.1f} agents did it alike."
         )
     return lines
 

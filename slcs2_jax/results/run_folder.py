@@ -290,11 +290,14 @@ def most_rows(settings: Settings) -> int:
 def checkpoint_limits(settings: Settings) -> Limits:
     """What a checkpoint of a run can hold: members, solutions asked for, their deployments, what searches keep."""
     size, search = settings.swarm.agents * settings.rules.rules, settings.search
-    finals = search.final_deployments if search.name in ("informed", "starters") else 0
     worlds = sum(len(kind.seeds) for kind in kinds_of(settings.worlds))
+    finals = search.in_final(max(1, worlds)) if search.name in ("informed", "starters") else 0
     each = max(search.min_deployments, search.max_redeployments + 1, finals, worlds)
     deployments = max(search.batch * each, search.fresh_deployments + worlds)
-    members, member = search.generations + search.batch + 3, 80 * size + 2**14 + 24 * (finals + worlds)
+    members, member = (
+        search.generations + search.batch + 3,
+        80 * size + 2**14 + 24 * (search.finalists.bit_length() * finals + worlds),
+    )
     deployment = 20 * size + 8 * settings.swarm.agents + 64
     return Limits(
         entries=64 + 64 * settings.instances,

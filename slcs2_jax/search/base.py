@@ -100,13 +100,9 @@ class BaseSearch(ABC):
         margin = self.settings.race_width * self.noise.deviation
         return WorldRace(rival=rival, margin=margin, kinds=kinds, worlds=worlds, name=name)
 
-    def _each(self, deployments: int) -> int:
-        """Deployments of a solution that gets `deployments` in any case; of many worlds one in each."""
-        return deployments if self.problem.worlds == 1 else self.problem.worlds
-
     def _fixed(self, solution: Solution, deployments: int) -> Trial:
-        """An empty evaluation of exactly so many deployments, or of one in each of many worlds."""
-        name, deployments = self._name(solution.generation), self._each(deployments)
+        """An empty evaluation of exactly so many deployments."""
+        name = self._name(solution.generation)
         return Trial(min_deployments=deployments, max_redeployments=deployments - 1, name=name)
 
     def tell(self, solutions: Sequence[Solution], evaluations: Sequence[Evaluation]) -> list[Verdict]:

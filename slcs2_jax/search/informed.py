@@ -48,7 +48,7 @@ class Informed(Slcs2):
     @property
     def _final_costs(self) -> int:
         """Deployments of a final."""
-        return self._schedule.length * self._each(self.settings.final_deployments)
+        return self._schedule.length * self.settings.in_final(self.problem.worlds)
 
     def ask(self, count: int = 1) -> list[Solution]:
         """See `Search.ask`: not beyond a round of a final, since the next one depends on it."""
@@ -87,10 +87,10 @@ class Informed(Slcs2):
         return again(chosen, generation)
 
     def trial(self, solution: Solution) -> Trial:
-        """In a final, `search.final_deployments` for each finalist."""
+        """In a final, as many for each finalist (`Search.in_final`)."""
         if self._turn(solution.generation) is None:
             return super().trial(solution)
-        return self._fixed(solution, self.settings.final_deployments)
+        return self._fixed(solution, self.settings.in_final(self.problem.worlds))
 
     def consider(self, newcomer: Member) -> Verdict:
         """A final's deployments join those of the solution that was deployed again."""

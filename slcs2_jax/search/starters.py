@@ -42,8 +42,9 @@ class Starters(BaseSearch):
         return again(self._members[generation % starts].solution, generation)
 
     def trial(self, solution: Solution) -> Trial:
-        """`search.final_deployments` each time."""
-        return self._fixed(solution, self.settings.final_deployments)
+        """`search.final_deployments` each time, or one in each of many worlds."""
+        worlds = self.problem.worlds
+        return self._fixed(solution, self.settings.final_deployments if worlds == 1 else worlds)
 
     def consider(self, newcomer: Member) -> Verdict:
         """The deployments join those of the solution that was deployed again."""

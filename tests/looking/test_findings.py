@@ -9,7 +9,9 @@ import pytest
 
 import slcs2_jax as slcs2
 from slcs2_jax import cli
-from slcs2_jax.looking.findings import acting_shares, findings, group_words, in_words, reflex_shares
+from slcs2_jax.grammar import RuleSets, parse_rule_text
+from slcs2_jax.looking.findings import Findings, acting_shares, findings, in_words, reflex_shares
+from slcs2_jax.looking.found_page import in_short, page
 from slcs2_jax.looking.page_data import Shown, figures
 from tests.running.test_informed import settings
 
@@ -21,26 +23,56 @@ def run(tmp_path_factory):
     return slcs2.read_run(folder)
 
 
-def changed(solution, *, flags: np.ndarray, usage: np.ndarray):
-    rules = dataclasses.replace(solution.rules, reflex=flags)
-    return dataclasses.replace(solution, rules=rules, usage=usage)
+RULES = ["packet held => send to si", "d_si < net => move toward sink", "d_c < net => move toward sink",
+         "no packet held => orbit si"]  # fmt: skip
+
+
+def saved(run, *, flags: list[list[int]], usage: list[list[int]]):
+    """A solution of two agents with these four rules each, the last of one agent in place of its third."""
+    rules = RuleSets.from_rules([[parse_rule_text(text) for text in RULES]] * 2)
+    zeros = np.zeros((2, 4), np.float32)
+    return dataclasses.replace(
+        run.best(0),
+        rules=dataclasses.replace(rules, reflex=np.array(flags, bool)),
+        quality=zeros, strength=zeros, error=zeros,
+        usage=np.array(usage, np.int32),
+        contribution=np.ones(2, np.float32),
+        origin_kind=None, origin_generation=None, origin_agent=None,
+    )  # fmt: skip
 
 
 def test_reflexes_and_acts_are_counted(run):
+    found = findings(saved(run, flags=[[1, 1, 0, 0], [1, 0, 0, 0]], usage=[[10, 20, 30, 0], [0, 5, 15, 20]]))
+    assert found.by_reflex == pytest.approx(30 / 75)  # where several rules take part it is one act: 10 + 30, 15 + 20
+    assert found.actions == {
+        "move toward sink": (pytest.approx(45 / 75), pytest.approx(25 / 75)),
+        "orbit si": (pytest.approx(20 / 75), pytest.approx(20 / 75)),
+        "send to si": (pytest.approx(10 / 75), 0.0),
+    }
+    assert found.acting == {
+        RULES[2]: pytest.approx((30 - 20 + 15) / 75),  # not the acts that the reflex brought about
+        RULES[3]: pytest.approx(20 / 75),
+        RULES[1]: pytest.approx(5 / 75),
+    }
+    words = " ".join(in_words(found, 2))
+    assert "Reflexes did 40% of all that was done" in words
+
+
+def test_a_rule_that_an_agent_has_twice_acts_once(run):
+    solution = saved(run, flags=[[0, 0, 0, 0]] * 2, usage=[[0, 7, 7, 0], [0, 0, 0, 3]])
+    twice = RuleSets.from_rules([[parse_rule_text(RULES[place]) for place in (0, 1, 1, 3)]] * 2)
+    assert findings(dataclasses.replace(solution, rules=twice)).acting == {RULES[1]: 0.7, RULES[3]: 0.3}
+
+
+def test_reflexes_are_told_by_how_many_agents_have_them(run):
     best = run.best(0)
-    flags, usage = np.zeros((3, 14), bool), np.zeros((3, 14), np.int32)
+    flags = np.zeros((3, 14), bool)
     flags[:, 0], flags[0, 1] = True, True
-    usage[:, 0], usage[1, 13], usage[2, 12], usage[1, 1] = 10, 50, 6, 14  # of 100
-    found = findings(changed(best, flags=flags, usage=usage), run, 0)
+    found = findings(dataclasses.replace(best, rules=dataclasses.replace(best.rules, reflex=flags)))
     assert list(found.reflexes.values()) == [1.0, 1 / 3] + [0.0] * 8
-    assert found.by_reflex == pytest.approx(0.3)
-    first = next(iter(found.acting.items()))
-    assert first == (best.rules.text(1, 13), 0.5)
-    assert found.acting[best.rules.text(1, 1)] == pytest.approx(0.14)  # not a reflex of that agent
     words = " ".join(in_words(found, 3))
     assert f"Reflexes in every agent: {best.rules.text(0, 0)}." in words
     assert f"In some agents: {best.rules.text(0, 1)} (1 of 3)." in words
-    assert "Reflexes did 30% of all that was done" in words
 
 
 def test_packets_travel_as_the_row_says(run):
@@ -54,15 +86,43 @@ def test_packets_travel_as_the_row_says(run):
     assert findings(best).carriers is None  # without its row
 
 
-def test_a_group_is_told_of_together(run):
-    several = [findings(run.best(number), run, number) for number in range(2)]
-    shares = reflex_shares(several)
-    text = next(iter(shares))
-    assert shares[text] == pytest.approx(np.mean([one.reflexes[text] for one in several]))
-    first, share, count = acting_shares(several)[0]
-    assert share == pytest.approx(sum(one.acting.get(first, 0) for one in several) / 2)
-    assert 1 <= count <= 2
-    assert any(line.startswith("Switched off in most agents") for line in group_words(several))
+def told(reflexes: dict[str, float], acting: dict[str, float]) -> Findings:
+    by_reflex = 1 - sum(acting.values())
+    actions = {text.rpartition(" => ")[2]: (share, share) for text, share in acting.items()}
+    return Findings(
+        reflexes=reflexes,
+        by_reflex=by_reflex,
+        actions=actions,
+        acting=acting,
+        delivered=9.0,
+        carriers=4.0,
+        carrying=3.0,
+    )
+
+
+def test_shares_of_several_winners_are_means():
+    several = [told({"a => x": 1.0}, {"c => x": 0.1}), told({"a => x": 0.5}, {"c => x": 0.3, "d => y": 0.1})]
+    assert reflex_shares(several) == {"a => x": 0.75}
+    assert acting_shares(several) == [("c => x", pytest.approx(0.2), 2), ("d => y", pytest.approx(0.05), 1)]
+
+
+def test_the_page_says_where_reflexes_are_switched_off_and_what_acts_there():
+    a, b = told({"a => x": 1.0, "b => y": 0.95}, {"c => x": 0.1}), told({"a => x": 1.0, "b => y": 0.2}, {"d => y": 0.6})
+    worlds = {"short open": [a], "long urban": [b, b]}
+    kept, off, acts, packets = in_short(worlds)
+    assert kept == "Kept as a reflex by three of four agents and more, everywhere: `a => x`."
+    assert off.endswith("they are left: `b => y` 20% (long urban) to 95% (short open).")
+    assert "reflexes brought about 40% (long urban) to 90% (short open)" in acts
+    assert packets == "A delivered packet passed through 4.0 agents."
+    text = page({"informed search": worlds})
+    for line in (
+        "| b => y | 95% | 20% |",
+        "| y | 0% (0%) | 60% (60%) |",
+        "- Short open: `c => x` (10.0%; 1 of 1).",
+        "- Long urban: `d => y` (60.0%; 2 of 2).",
+        "| Long urban | 2 | 9.0 | 4.0 | 3.0 |",
+    ):
+        assert line in text.splitlines()
 
 
 def test_without_reflexes_nothing_is_said_of_them(run):
@@ -83,8 +143,8 @@ def test_the_command_tells_of_all_runs(run, tmp_path, capfd):
     assert cli.main(["found", str(run.path.parent)]) == 0
     out = capfd.readouterr().out
     assert out.startswith("# What evolution found\n")
-    assert "### Short open (2 winners)" in out
-    assert "| reflex | short open |" in out
+    assert "| rule | short open |" in out
+    assert "| Short open | 2 | " in out
     file = tmp_path / "found.md"
     assert cli.main(["found", str(run.path.parent), f"out={file}"]) == 0
     assert file.read_text() == out

@@ -25,6 +25,7 @@ SETTINGS = {
     "finalists": 4,
     "final_every": 12,
     "final_deployments": 3,
+    "final_share": 0.0,
     "generations": 24,
 }
 
@@ -240,6 +241,29 @@ def test_episodes_end_with_one_final(make):
     assert all(one is None for one in rounds[:-6])
     assert 60 <= search.episodes < 60 + 6
     assert search.best.evaluation.deployments >= 4
+
+
+@pytest.mark.parametrize(("share", "each"), [(0.0, 3), (0.2, 4), (0.5, 10)])
+def test_the_final_takes_its_share_of_the_episodes(make, share, each):
+    search = search_of(make, episodes=120, generations=500, final_share=share)
+    before = None
+    while not search.finished:
+        [solution] = search.ask()
+        before = search.episodes if before is None and search._turn(solution.generation) else before
+        step(search)
+    assert before is not None
+    assert search.episodes - before == 6 * each
+    assert search.best.evaluation.deployments >= 2 * each
+
+
+def test_a_final_in_many_worlds_is_of_whole_rounds(make):
+    search = through_worlds(make, episodes=180, generations=500, final_share=0.45)  # 13 for each of 6 finalists
+    while not search.finished:
+        [solution] = search.ask()
+        if search._turn(solution.generation):
+            assert len(search.trial(solution).wanted()) == 12
+        step(search)
+    assert search.best.evaluation.deployments % 6 == 0
 
 
 @pytest.mark.parametrize("episodes", [1, 7, 18])
