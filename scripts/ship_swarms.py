@@ -8,15 +8,18 @@ what a search finds in the mean is told by the report.
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
 from pathlib import Path
 from typing import NamedTuple
 
 from slcs2_jax.config import InputError
+from slcs2_jax.config.door import read_file
 from slcs2_jax.results import read_run
-from slcs2_jax.results.run_folder import folders_with_config
+from slcs2_jax.results.files import names_in
+from slcs2_jax.results.run_folder import SOLUTIONS, folders_with_config
 from slcs2_jax.results.swarms import FOLDER
+
+_LARGEST = 2**24  # bytes of a solution that ships
 
 
 class Found(NamedTuple):
@@ -34,8 +37,8 @@ def winners(root: Path) -> dict[str, Found]:
         world, grammar = run.settings.world, run.settings.rules.grammar
         name = f"{world.range}_{world.environment}" + (f"_{grammar}" if grammar != "main" else "")
         for number, instance in enumerate((run.summary or {}).get("instances", [])):
-            file = folder / "solutions" / f"instance_{number:03d}_best.npz"
-            if file.is_file():
+            file = folder / SOLUTIONS / f"instance_{number:03d}_best.npz"
+            if file.name in names_in(folder / SOLUTIONS, inside=folder):
                 best[name] = max(best.get(name, Found(-1.0, file)), Found(instance["fresh_mean"], file))
     return best
 
@@ -47,7 +50,7 @@ def main() -> None:
     if not arguments.root.is_dir():
         raise InputError(f"root={arguments.root}: no such folder; accepted is one with runs of slcs2")
     for name, found in sorted(winners(arguments.root).items()):
-        shutil.copyfile(found.file, FOLDER / f"{name}.npz")
+        (FOLDER / f"{name}.npz").write_bytes(read_file(found.file, _LARGEST, inside=found.file.parents[1]))
         print(f"{name}: {found.fresh:.3f}, {found.file.relative_to(arguments.root)}")
 
 

@@ -41,7 +41,7 @@ def test_the_same_runs_are_the_same_archive_and_give_the_same_report(make, tmp_p
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "report" / name).read_bytes()
 
 
-def test_nothing_outside_a_run_is_archived(make, tmp_path):
+def test_nothing_outside_a_run_is_archived_or_shipped(make, tmp_path):
     run = make.evolved("slcs2", "open_short", 0, [0.1], fresh=0.15)
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "secret_best.npz").write_bytes(b"secret")
@@ -50,6 +50,9 @@ def test_nothing_outside_a_run_is_archived(make, tmp_path):
     assert done.returncode == 1
     assert "solutions is a link; accepted is a folder" in done.stderr
     assert not (tmp_path / "out.tar.xz").exists()
+    done = script("ship_swarms.py", make.root)
+    assert done.returncode == 1
+    assert "solutions is a link; accepted is a folder" in done.stderr
 
 
 def test_archived_runs_come_to_the_same_again_or_are_named(tmp_path):
