@@ -32,7 +32,7 @@ def test_hostile_folders_are_refused_or_read_and_nothing_outside_is_touched(tmp_
     figures = fault_campaign._hostile(24, tmp_path, seed=7)
     assert figures["wrong"] == []
     assert figures["tried"] == 24 + 3 * 12
-    assert figures["refused"] >= 8
+    assert figures["refused"] >= 4  # some two in five of the 24, by which they are
 
 
 def test_the_campaign_says_so_when_something_is_wrong():
