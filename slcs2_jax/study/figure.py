@@ -96,6 +96,8 @@ def _draw_curves(panel: Any, study: Study, cell: Cell, by: str) -> None:
     for number, arm in enumerate(study.arms):
         colour, _, line = STYLES[number % len(STYLES)]
         curves = study.curves(arm, cell, by)
+        if not len(curves):  # of a sweep: it has nothing in this world
+            continue
         panel.plot(looks, curves.mean(axis=0), color=colour, linestyle=line, linewidth=1.2, label=arm_title(arm))
         if len(curves) > 1:
             bands = [mean_interval(column) for column in curves.T]

@@ -107,7 +107,7 @@ class Study:
         """
         if by == GENERATION:
             return np.arange(1.0, self.generations + 1)
-        spent = [_spent(one, by)[: self.generations] for one in self._shared_outcomes(cell) if one.evolves]
+        spent = [_spent(one, by)[: self.generations] for one in self._compared_outcomes(cell) if one.evolves]
         first = max((one[0] for one in spent), default=0.0)
         return np.linspace(first, max(first, min((one[-1] for one in spent), default=0.0)), _LOOKS)
 
@@ -115,7 +115,7 @@ class Study:
         """float64[instances, looks]: best so far; one figure throughout of a behaviour that does not evolve, and of a
         search that has ended."""
         looks = self.looks(cell, by)
-        by_seed = {one.seed: one for one in self._shared_outcomes(cell) if one.arm == arm}
+        by_seed = {one.seed: one for one in self._compared_outcomes(cell) if one.arm == arm}
         curves = []
         for seed in self.seeds(cell, BEST) if by_seed else ():
             one = by_seed[seed]
@@ -125,9 +125,11 @@ class Study:
                 curves.append(np.full(len(looks), self.figures(arm, cell, BEST)[seed]))
         return np.array(curves, dtype=np.float64)
 
-    def _shared_outcomes(self, cell: Cell) -> list[Outcome]:
+    def _compared_outcomes(self, cell: Cell) -> list[Outcome]:
+        """Those with a figure, of the seeds that are compared."""
         seeds = self.seeds(cell, BEST)
-        return [one for one in self.outcomes if one.cell == cell and one.seed in seeds]
+        here = [one for one in self.outcomes if one.cell == cell and one.seed in seeds]
+        return [one for one in here if one.seed in self.figures(one.arm, cell, BEST)]
 
     def failed_deployments(self, arm: str, cell: Cell) -> float | None:
         """Share of single fresh deployments, of an evolved winner or another behaviour, that delivered nothing.

@@ -184,3 +184,13 @@ def test_a_report_folder_that_is_a_link_is_not_written_to(runs, tmp_path):
     with pytest.raises(InputError, match="its folder report is a link; accepted is a folder"):
         write_report(runs)
     assert [(path.name, path.read_text()) for path in mine.iterdir()] == [("x_best.png", "mine")]
+
+
+def test_a_sweep_that_has_not_begun_in_a_world_is_reported(make):
+    for speed, jammed in ((2.0, [0.1, 0.2]), (4.0, [])):
+        other = type(make)(make.root / f"{speed}")
+        for cell, best in (("open_short", [0.1, 0.3]), ("jammed_short", jammed)):
+            other.evolved("slcs2", cell, 0, best, planned=2, swarm={"speed": speed})
+    place = write_report(make.root).folder
+    assert (place / "sweep_curves.png").exists()
+    assert (place / "sweep_curves_by_env_steps.png").exists()

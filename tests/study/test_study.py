@@ -6,7 +6,7 @@ import pytest
 from slcs2_jax.config import InputError
 from slcs2_jax.results.arm import Cell, cell_named
 from slcs2_jax.study.collect import collect
-from slcs2_jax.study.study import BEST, FRESH, Contest, studies
+from slcs2_jax.study.study import BEST, FRESH, SPENT, Contest, studies
 
 EXPERIMENTS = {
     "contributions": ("Contributions", ("slcs2", "ailta", "no_exchange")),
@@ -167,6 +167,17 @@ def test_curves_by_what_was_spent_begin_and_end_where_every_search_has_a_figure(
         assert set(designed) == {0.6}
     [early] = studies(collect(make.root), arms, generations=2)
     assert early.looks(OPEN, "episodes")[-1] == 3
+
+
+def test_what_has_not_begun_in_a_world_has_no_curve_there(make):
+    for speed, jammed in ((2.0, [0.1, 0.2]), (4.0, [])):
+        other = type(make)(make.root / f"{speed}")
+        for cell, best in (("open_short", [0.1, 0.3]), ("jammed_short", jammed)):
+            other.evolved("slcs2", cell, 0, best, planned=2, swarm={"speed": speed})
+    [one] = studies(collect(make.root), {})
+    for by in SPENT:
+        assert [len(one.curves(arm, cell_named("jammed_short"), by)) for arm in one.arms] == [1, 0]
+        assert [len(one.curves(arm, OPEN, by)) for arm in one.arms] == [1, 1]
 
 
 def test_searches_that_stop_by_their_episodes_are_looked_at_where_they_ended(make):
