@@ -116,6 +116,10 @@ def test_arrays_of_another_training_are_one_line(tmp_path, array, said):
         (lambda data: data[: data.index(b"\n") + 1], "has not the 3 whole lines"),
         (lambda data: data[:-1], "has not the 3 whole lines"),
         (lambda data: data[: data.index(b"\n") + 1] + data, "has not the 3 whole lines"),  # one is there twice
+        (
+            lambda data: b"".join(data.splitlines(keepends=True)[place] for place in (1, 0, 2)),
+            "has not the 3 whole lines",
+        ),
         (lambda data: data[data.index(b"\n") + 1 :] + row_line({"env_steps": 4}), "has not the 3 whole lines"),
         (lambda data: row_line({"loss": 0.5}) + data, "env_steps=null: accepted is a whole number"),
         (lambda data: b"[" * 1000 + b"\n" + data, "line|JSON"),

@@ -253,6 +253,7 @@ def test_the_final_takes_its_share_of_the_episodes(make, share, each):
         step(search)
     assert before is not None
     assert search.episodes - before == 6 * each
+    assert 120 <= search.episodes < 120 + 6  # it begins as soon as what is left is what it takes
     assert search.best.evaluation.deployments >= 2 * each
 
 
@@ -263,6 +264,7 @@ def test_a_final_in_many_worlds_is_of_whole_rounds(make):
         if search._turn(solution.generation):
             assert len(search.trial(solution).wanted()) == 12
         step(search)
+    assert 180 <= search.episodes < 180 + 6
     assert search.best.evaluation.deployments % 6 == 0
 
 

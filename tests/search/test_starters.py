@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slcs2_jax.search import Starters, mean_of
-from tests.search.test_informed import again, search_of, step
+from tests.search.test_informed import again, search_of, step, through_worlds
 
 SETTINGS = {"name": "starters", "starts": 2, "final_deployments": 3, "episodes": 30, "generations": 500}
 
@@ -31,6 +31,12 @@ def test_they_start_with_the_packet_rules_and_with_all(make):
     one, other = search.ask(8)
     flags = [np.unique(solution.rules.reflex[:, :10].sum(axis=1)).tolist() for solution in (one, other)]
     assert flags == [[int(search.problem.knowledge.about_packets.sum())], [10]]
+
+
+def test_many_worlds_are_gone_through_once_by_each_turn(make):
+    search = through_worlds(make, kind=Starters, **SETTINGS)
+    [solution] = search.ask()
+    assert len(search.trial(solution).wanted()) == 6
 
 
 @pytest.mark.parametrize("stop", [0, 1, 2, 5])

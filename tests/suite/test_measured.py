@@ -83,6 +83,13 @@ def test_no_link_is_followed(tiny, tmp_path, link):
         [load(tmp_path / "root", name, world) for name in entries_in(tmp_path / "root")]
 
 
+def test_no_link_is_followed_to_nothing(tiny, tmp_path):
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "mine").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"results/mine.*is a link"):
+        load(tmp_path, "mine", tiny.worlds["few"])
+
+
 def test_what_is_no_folder_is_no_entry(tiny, tmp_path):
     result(tiny.worlds["few"]).save(tmp_path)
     (tmp_path / "results" / "notes.txt").write_text("x")
