@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -18,24 +19,23 @@ def one_line(error: InputError) -> None:
     assert len(str(error)) < 800
 
 
-@st.composite
-def spoilt(draw, data: bytes) -> bytes:
-    """Anything at all, or the data with something cut, put in, doubled or changed."""
-    kind = draw(st.sampled_from(["any", "cut", "insert", "double", "change", "change many"]))
+def spoilt(data: bytes, number: int) -> bytes:
+    """Anything at all, or the data with something cut, put in, doubled or changed: by its number, always the same."""
+    rng = random.Random(number)
+    kind = rng.choice(["any", "cut", "insert", "double", "change", "change many"])
     if kind == "any":
-        return draw(st.binary(max_size=400))
-    start = draw(st.integers(0, len(data)))
-    end = min(len(data), start + draw(st.integers(0, 60)))
+        return rng.randbytes(rng.randint(0, 400))
+    start = rng.randint(0, len(data))
+    end = min(len(data), start + rng.randint(0, 60))
     if kind == "cut":
         return data[:start] + data[end:]
     if kind == "insert":
-        return data[:start] + draw(st.binary(min_size=1, max_size=8)) + data[start:]
+        return data[:start] + rng.randbytes(rng.randint(1, 8)) + data[start:]
     if kind == "double":
         return data[:end] + data[start:]
-    places = draw(st.lists(st.integers(0, len(data) - 1), min_size=1, max_size=1 if kind == "change" else 20))
     changed = bytearray(data)
-    for place in places:
-        changed[place] = draw(st.integers(0, 255))
+    for _ in range(1 if kind == "change" else rng.randint(1, 20)):
+        changed[rng.randrange(len(data))] = rng.randrange(256)
     return bytes(changed)
 
 

@@ -241,20 +241,16 @@ def test_any_bytes_as_a_file_are_refused_or_mean_the_same(name, whole, tmp_path)
         (tmp_path / other).write_bytes(whole[other])
     path = tmp_path / name
     right = READERS[name](path)
-
-    @many
-    @given(data=spoilt(whole[name]))
-    def check(data):
-        path.write_bytes(data)
+    for number in range(INPUTS):
+        path.write_bytes(spoilt(whole[name], number))
         try:
             found = READERS[name](path)
         except InputError as error:
             one_line(error)
-            return
+            continue
         # rows at the end may be missing: of a run that goes on they may be still to come, and one that ended is counted
-        assert found == right or (name in MAY_END_EARLY and list(found) == list(right)[: len(found)])
-
-    check()
+        early = name in MAY_END_EARLY and list(found) == list(right)[: len(found)]
+        assert found == right or early, f"spoilt by number {number}"
 
 
 @many
