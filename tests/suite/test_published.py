@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import json
+import re
+import zlib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +17,7 @@ from slcs2_jax.config import Compute
 from slcs2_jax.suite.deployed import ready
 from slcs2_jax.suite.entries import shipped
 from slcs2_jax.suite.page import write_all
+from slcs2_jax.suite.shown import best_of_fields
 from slcs2_jax.suite.table import collect
 from slcs2_jax.suite.training import made, plan, read_record
 from slcs2_jax.suite.worlds import load_suite
@@ -25,6 +31,12 @@ DOCS = ROOT / "docs"
 @pytest.fixture(scope="module")
 def table():
     return collect(SUITE, [SHIPPED], list(SUITE.worlds.values()))
+
+
+def index_of(page: str) -> dict[str, Any]:
+    """What a page says beside its replays: the last block of its data."""
+    text = re.findall(r'<script type="application/octet-stream;base64" id="data-\d+">([^<]*)</script>', page)[-1]
+    return json.loads(zlib.decompress(base64.b64decode(text)))
 
 
 def test_every_result_is_that_of_the_artefacts_beside_it(table):
@@ -53,9 +65,12 @@ def test_no_training_spent_more_than_the_budget(table):
 def test_the_documentation_has_the_table(table, tmp_path):
     folder = DOCS / "results" / "suite"
     made_again = {path.name: path.read_bytes() for path in write_all(tmp_path, table)}
-    for path in folder.iterdir():
-        if path.name != "README.md":
-            assert path.read_bytes() == made_again[path.name], f"slcs2 suite table out={folder} makes {path.name}"
+    for name in set(made_again) - {"index.html"}:
+        assert (folder / name).read_bytes() == made_again[name], f"slcs2 suite table out={folder} makes {name}"
+    page, kept = (index_of(text.decode()) for text in (made_again["index.html"], (folder / "page.html").read_bytes()))
+    assert len(kept.pop("replays")) == len(best_of_fields(table))
+    assert page.pop("replays") == []
+    assert kept == page
     [winners] = [part for part in made_again["table.md"].decode().split("\n\n") if part.startswith("| world | best |")]
     assert winners.strip() in (folder / "README.md").read_text(encoding="utf-8")
 
