@@ -1,8 +1,8 @@
 """Entries: what takes part. Each is one readable file in entries/, or a file or plug-in of a user's.
 
 - NAME.txt: a decision list, for every world alike; the first line says its title.
-- NAME.yaml: a search by its settings, trained for each world: `title`, `about`, `settings`; or the training of a
-  network: `algorithm` too, and `budget`.
+- NAME.yaml: a search by its settings, trained for each world: `title`, `about`, `settings`, and `train_worlds` if it
+  evolves in several of them; or the training of a network: `algorithm` too, and `budget`.
 - a user's .npz: a saved solution or policy; or the name of a policy that plugins= brings.
 """
 
@@ -43,6 +43,7 @@ _OF_THE_SUITE = (
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}\Z", re.ASCII)
 _LARGEST = 2**24  # bytes of a user's file
 _LONGEST = 80  # letters of a title
+_MOST_WORLDS = 64  # train seeds that each kind of world has
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Entry:
         field: hand-made, evolved, learned, or yours.
         content: of a decision list its text, of a training its configuration; "" for a file or a plug-in.
         settings: of a training, by their paths; None of what is not trained.
+        train_worlds: that a training of a search evolves in by turns.
         algorithm: that trains a network, by its name; "" of all else. settings are its own then.
         budget: of a network, the share of the suite's env-steps that a training spends.
         path: of a user's .npz file.
@@ -67,6 +69,7 @@ class Entry:
     digest: str
     content: str = ""
     settings: Mapping[str, Any] | None = None
+    train_worlds: int = 1
     algorithm: str = ""
     budget: float = 1.0
     path: Path | None = None
@@ -165,13 +168,12 @@ def _list(name: str, text: str, of: str) -> Entry:
 def _training(name: str, text: str, of: str | None = None) -> Entry:
     """A search or the training of a network, by its settings. Raises InputError for anything else."""
     said = parse_yaml(text)
-    keys = {"title", "about", "settings"}
     network = isinstance(said, dict) and "algorithm" in said
-    known = keys | {"algorithm", "budget"} if network else keys
+    known = {"title", "about", "settings"} | ({"algorithm", "budget"} if network else {"train_worlds"})
     if not isinstance(said, dict) or set(said) - known or not isinstance(said.get("settings"), dict):
         raise InputError(
             "a training's configuration has title, about, settings and nothing else, settings a mapping; that of a "
-            "network has algorithm, too, and budget"
+            "search may have train_worlds, too, that of a network has algorithm and budget"
         )
     settings = flatten(said["settings"])
     title, about = str(said.get("title", name))[:_LONGEST], " ".join(str(said.get("about", "")).split())
@@ -179,10 +181,14 @@ def _training(name: str, text: str, of: str | None = None) -> Entry:
         how = _network(said, settings)
         digest = hashlib.sha256(repr((*how, sorted(settings.items()))).encode()).hexdigest()
         algorithm, budget = how
-        return Entry(name, title, about, of or LEARNED, digest, text, settings, algorithm, budget)
+        return Entry(name, title, about, of or LEARNED, digest, text, settings, algorithm=algorithm, budget=budget)
     _check_search(settings)
-    digest = hashlib.sha256(repr(sorted(settings.items())).encode()).hexdigest()
-    return Entry(name, title, about, of or EVOLVED, digest, content=text, settings=settings)
+    worlds = said.get("train_worlds", 1)
+    if type(worlds) is not int or not 1 <= worlds <= _MOST_WORLDS:
+        raise refuse("train_worlds", worlds, f"a whole number from 1 to {_MOST_WORLDS}")
+    what = [*sorted(settings.items()), *([("train_worlds", worlds)] if worlds > 1 else [])]
+    digest = hashlib.sha256(repr(what).encode()).hexdigest()
+    return Entry(name, title, about, of or EVOLVED, digest, text, settings, worlds)
 
 
 def _check_search(settings: Mapping[str, Any]) -> None:

@@ -1,9 +1,9 @@
 """Training: on train seeds, chosen on validation seeds, each training a run of its own that resumes.
 
-Training r of a search for a world evolves in the world of train seed r, as the paper's searches do; that of a network
-draws its episodes from all train seeds. Its candidates, the best and the fittest that a search held on to at its end,
-or the networks kept on the way, are then deployed in the validation worlds; the fittest there is the artefact. Nothing
-of the test worlds is looked at.
+Training r of a search for a world evolves in the world of train seed r, as the paper's searches do, or by turns in as
+many as its entry says; that of a network draws its episodes from all train seeds. Its candidates, the best and the
+fittest that a search held on to at its end, or the networks kept on the way, are then deployed in the validation
+worlds; the fittest there is the artefact. Nothing of the test worlds is looked at.
 
 ROOT/runs/ENTRY/WORLD/training_R is the run's folder, ROOT/artefacts/ENTRY/WORLD/training_R.npz the artefact, and beside
 it training_R.json says what was spent and how the candidates fared.
@@ -102,7 +102,8 @@ def plan(
                 said, settings = networks.changes(entry, budget, CANDIDATES), world.settings(seed)
             else:
                 budget = world.episodes if episodes is None else episodes
-                said, settings = {}, world.settings(seed, {**(entry.settings or {}), **_budget(entry, budget)})
+                own = {**(entry.settings or {}), **_budget(entry, budget), **_worlds(entry, world, number)}
+                said, settings = {}, world.settings(seed, own)
             settings = dataclasses.replace(settings, run_dir=str(folder), compute=compute)
             found.append(Training(
                 entry=entry, world=world, number=number, root=root, settings=settings, budget=budget, changes=said
@@ -120,6 +121,19 @@ def _budget(entry: Entry, episodes: int) -> dict[str, Any]:
     step = check(field, settings[field.name]) if field.name in settings else 1
     generations = max(step, -(-episodes // step) * step)
     return {"generations": generations, "search.episodes": episodes, "search.fresh_deployments": 1}
+
+
+def _worlds(entry: Entry, world: SuiteWorld, number: int) -> dict[str, Any]:
+    """The train worlds of one training of a search that evolves in several: others than those of the one before.
+
+    One kind of them, so that a race can end after the first. In a town from a file all have the walls of train seed r.
+    """
+    if entry.train_worlds == 1:
+        return {}
+    seeds = world.seeds_of("train")
+    count = min(entry.train_worlds, len(seeds))
+    first = number * count % (len(seeds) - count + 1)
+    return {"worlds": [f"{world.stated['world.environment']}/{seeds[first]}..{seeds[first + count - 1]}"]}
 
 
 def train(trainings: Sequence[Training], report: Report) -> list[Path]:

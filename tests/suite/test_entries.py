@@ -98,6 +98,16 @@ def test_a_users_search_is_an_entry(tmp_path):
     assert entry.settings == {"acceptance": "best", "learning.alpha_grasp": 0.0}
 
 
+def test_a_users_search_may_evolve_in_many_worlds(tmp_path):
+    file = tmp_path / "many.yaml"
+    file.write_text("settings: {acceptance: best}\n")
+    one = entry_named(str(file))
+    file.write_text("train_worlds: 8\nsettings: {acceptance: best}\n")
+    many = entry_named(str(file))
+    assert (one.train_worlds, many.train_worlds) == (1, 8)
+    assert one.digest != many.digest
+
+
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
@@ -112,6 +122,9 @@ def test_a_users_search_is_an_entry(tmp_path):
         ("mine.yaml", "algorithm: ippo\nbudget: .nan\nsettings: {}", "budget=nan: accepted is a share"),
         ("mine.yaml", "algorithm: ippo\nsettings: {ippo: {snapshot: 3}}", "no ippo.snapshot: the suite gives it"),
         ("mine.yaml", "budget: 1\nsettings: {}", "that of a network has algorithm"),
+        ("mine.yaml", "train_worlds: 65\nsettings: {}", "train_worlds=65: accepted is a whole number from 1 to 64"),
+        ("mine.yaml", "train_worlds: true\nsettings: {}", "train_worlds=true: accepted is a whole number"),
+        ("mine.yaml", "algorithm: ippo\ntrain_worlds: 2\nsettings: {}", "has title, about, settings"),
         ("mine.yaml", "settings: 3", "has title, about, settings"),
         ("mine.yaml", "settings: {}\ncode: x", "has title, about, settings"),
         ("mine.yaml", "[", "no YAML"),

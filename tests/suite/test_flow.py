@@ -11,12 +11,16 @@ import pytest
 
 from slcs2_jax import cli
 from slcs2_jax.config import Compute, InputError
+from slcs2_jax.config.worlds import home_of
 from slcs2_jax.results import Quiet, load_solution
 from slcs2_jax.suite import shown, training
 from slcs2_jax.suite.entries import EVOLVED, entry_named, shipped
+from slcs2_jax.suite.frozen import digest
 from slcs2_jax.suite.measured import load
 from slcs2_jax.suite.table import collect
 from slcs2_jax.suite.training import plan, read_record, train
+from slcs2_jax.suite.worlds import load_suite
+from slcs2_jax.world.scenario import make_scenario
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +82,19 @@ def test_every_search_is_trained_within_the_budget(tiny, tmp_path):
         said = read_record(one.record)
         assert 23 <= said["episodes"] <= 23 + 5, one.entry.name
         assert load_solution(one.artefact).rules.action.shape == (4, 100)
+
+
+def test_a_training_in_many_worlds_takes_others_than_the_one_before(tmp_path):
+    file = tmp_path / "many.yaml"
+    file.write_text("train_worlds: 5\nsettings: {search: {name: informed}}\n")
+    world = load_suite().worlds["two_patrols"]
+    trainings = plan(entry_named(str(file)), [world], tmp_path, compute=Compute(), trainings=13)
+    taken = [[home_of(one.settings, one.settings.seed, place) for place in range(5)] for one in trainings]
+    seeds = [seed for one in taken for _, seed in one]
+    assert seeds == [*world.seeds_of("train")[:60], *world.seeds_of("train")[:5]]
+    assert {len(one.settings.worlds) for one in trainings} == {1}  # a race may end after the first of a kind
+    made = [make_scenario(its, seed) for its, seed in taken[0]]
+    assert digest(world.stated, made) == digest(world.stated, map(world.scenario, world.seeds_of("train")[:5]))
 
 
 def test_interrupted_before_the_choice_it_goes_on_to_the_same_bytes(trained, tiny, tmp_path):
