@@ -113,6 +113,13 @@ def make() -> type[Make]:
     return Make
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _programs_are_dropped():
+    """What one file's tests compiled the next one's seldom need, and all of it together takes gigabytes."""
+    yield
+    jax.clear_caches()
+
+
 @pytest.fixture(scope="session")
 def readers_cache(tmp_path_factory) -> Path:
     """The cache folder of whoever follows the documentation: empty at first, then with what was compiled."""
