@@ -22,6 +22,7 @@ import numpy as np
 from slcs2_jax import runtime
 from slcs2_jax.config import Compute, InputError, Search, Settings
 from slcs2_jax.config.door import check_below, present
+from slcs2_jax.config.errors import refuse
 from slcs2_jax.config.field import check, described
 from slcs2_jax.policy.bound import BoundPolicy
 from slcs2_jax.policy.trained_network import NAME
@@ -126,10 +127,12 @@ def _budget(entry: Entry, episodes: int) -> dict[str, Any]:
 def _worlds(entry: Entry, world: SuiteWorld, number: int) -> dict[str, Any]:
     """The train worlds of one training of a search that evolves in several: others than those of the one before.
 
-    One kind of them, so that a race can end after the first. In a town from a file all have the walls of train seed r.
+    One kind of them, so that a race can end after the first. Raises InputError in a town from files.
     """
     if entry.train_worlds == 1:
         return {}
+    if world.files:
+        raise refuse("train_worlds", entry.train_worlds, f"1 in world {world.name}, whose towns come from files")
     seeds = world.seeds_of("train")
     count = min(entry.train_worlds, len(seeds))
     first = number * count % (len(seeds) - count + 1)

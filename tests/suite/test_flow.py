@@ -97,6 +97,13 @@ def test_a_training_in_many_worlds_takes_others_than_the_one_before(tmp_path):
     assert digest(world.stated, made) == digest(world.stated, map(world.scenario, world.seeds_of("train")[:5]))
 
 
+def test_many_worlds_of_a_town_from_files_are_refused(tmp_path):
+    file = tmp_path / "many.yaml"
+    file.write_text("train_worlds: 5\nsettings: {}\n")
+    with pytest.raises(InputError, match="train_worlds=5: accepted is 1 in world houses, whose towns come from files"):
+        plan(entry_named(str(file)), [load_suite().worlds["houses"]], tmp_path, compute=Compute())
+
+
 def test_interrupted_before_the_choice_it_goes_on_to_the_same_bytes(trained, tiny, tmp_path):
     root, trainings = trained
     shutil.copytree(root / "runs", tmp_path / "runs")
