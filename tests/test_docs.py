@@ -83,14 +83,21 @@ def test_every_setting_of_a_training_has_its_row():
         assert all(f"\n| `{field.name}` | " in table for field in described(section))
 
 
-def test_the_table_of_searches_is_that_of_the_runs():
-    folder = DOCS / "results" / "searches"
-    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end", text("results/searches/README.md"), re.M | re.S)
+@pytest.mark.parametrize(
+    ("episodes", "arms"),
+    [
+        (1000, ["informed search, 1000 episodes", "SLCS2, 1000 episodes", "designed"]),
+        (200, ["informed search, 200 episodes", "random search with knowledge, 200 episodes",
+               "the best of two starters, 200 episodes", "knowledge alone", "SLCS2, 200 episodes", "designed"]),
+    ],
+)  # fmt: skip
+def test_the_tables_of_searches_are_those_of_the_runs(episodes, arms):
+    file = f"searches_{episodes}_fitness.csv"
+    page = text("results/searches/README.md")
+    shown = re.search(rf"^<!-- results: [^\n]*{file} -->\n(.*?)^<!-- end", page, re.M | re.S)
     assert shown is not None
-    arms = ["informed search, 200 episodes", "random search with knowledge, 200 episodes",
-            "the best of two starters, 200 episodes", "knowledge alone", "SLCS2, 200 episodes", "designed"]  # fmt: skip
-    with (folder / "searches_200_fitness.csv").open(encoding="utf-8") as file:
-        figures = {(row["world"], row["arm"]): float(row["fresh mean"]) for row in csv.DictReader(file)}
+    with (DOCS / "results" / "searches" / file).open(encoding="utf-8") as rows_of:
+        figures = {(row["world"], row["arm"]): float(row["fresh mean"]) for row in csv.DictReader(rows_of)}
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
     assert len(rows) == 10
     for world, *cells in rows:
