@@ -208,7 +208,14 @@ def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(tmp_p
     assert done.returncode == 0, done.stderr
     made = tmp_path / "runs" / "paper" / "report"
     names = {path.name for path in made.iterdir() if path.suffix in (".csv", ".json", ".md", ".tex")}
-    assert {"runs.csv", "verdicts.md", "report.md", "tables.tex", "designed_fresh_comparisons.csv"} <= names
+    assert {
+        "runs.csv",
+        "verdicts.md",
+        "report.md",
+        "designed_report.md",
+        "tables.tex",
+        "designed_fresh_comparisons.csv",
+    } <= names
     for name in names:
         (said, figures), (kept_said, kept_figures) = map(told, (made / name, DOCS / "results" / "paper" / name))
         assert said == kept_said, name

@@ -342,8 +342,10 @@ def test_experiments_from_end_to_end(tmp_path):
     assert {path: path.read_bytes() for path in first} == first
     text = (tmp_path / "root" / "report" / "report.md").read_text()
     assert text.count("Nothing is missing.") == 2
-    assert "short overall" in text
-    assert "long overall" in text
+    for name in ("contributions", "designed"):
+        page = (tmp_path / "root" / "report" / f"{name}_report.md").read_text()
+        assert "short overall" in page
+        assert "long overall" in page
     small = ["instances=1", "generations=1", *TINY, f"run_dir={tmp_path / 'root'}"]
     assert (
         cli.main(["experiment", "calibration", "calibration.only=[swarm.speed]", "calibration.samples=1", *small]) == 0

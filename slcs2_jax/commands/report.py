@@ -31,11 +31,12 @@ FOLDER may hold experiments of the paper (slcs2 experiment), a sweep over any se
   out=PATH          where to: of a RUN a file .html, of a FOLDER a folder. An earlier report there is replaced
   generations=N     of a FOLDER: compare after so many; without it, after as many as all runs of an experiment have
   strict=off        on: exit code 3 if anything was passed over
-Of a folder, report.html compares all runs and links a page for each; report.md has everything in print: what differs
-between the runs, comparisons, how figures respond to each setting and to two together; runs.csv has a row for each
-run; there are a CSV for each table, tables.tex, figures as PNG and SVG, and verdicts.md and verdicts.json: each claim
-of the paper with what these runs say of it. Only instances and generations that all arms have are compared; what is
-missing is listed. Links to folders are not followed. Whatever is passed over is named, and why, on stderr.
+Of a folder, report.html compares all runs and links a page for each; report.md says what made the runs and in what
+they differ, and a page *_report.md for each experiment has the rest in print: figures, comparisons, verdicts, how
+results respond to each setting and to two together; runs.csv has a row for each run; there are a CSV for each table,
+tables.tex, figures as PNG and SVG, and verdicts.md and verdicts.json: each claim of the paper with what these runs say
+of it. Only instances and generations that all arms have are compared; what is missing is listed. Links to folders are
+not followed. Whatever is passed over is named, and why, on stderr.
 """
 PAGES = "runs"  # folder of the runs' pages, below the report's
 _DEFAULTS: dict[str, Any] = {"replays": 4, "deployment": 0, "out": None, "generations": None, "strict": False}

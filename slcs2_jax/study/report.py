@@ -16,7 +16,7 @@ from slcs2_jax.study.claim import Finding, judge, load_claims
 from slcs2_jax.study.collect import Outcome, collect
 from slcs2_jax.study.experiment import reported_experiments
 from slcs2_jax.study.overall import overall_table
-from slcs2_jax.study.report_text import report_text
+from slcs2_jax.study.report_text import report_text, study_text
 from slcs2_jax.study.response import grids, responses
 from slcs2_jax.study.response_table import grid_table, grids_table, interactions_table, responses_table
 from slcs2_jax.study.study import BEST, FRESH, GENERATION, METRICS, MOST_ARMS, SPENT, Study, studies
@@ -26,12 +26,13 @@ from slcs2_jax.study.verdict_text import plain, verdicts_markdown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+PAGE = "_report"  # ends the name of a study's page
 REPORT = "report"  # folder below the runs', unless another is named
 
 # Files of an earlier report, by the ends of their names: that one may have had some that this one has not.
 _TABLES = ("_fitness", "_failures", "_comparisons", "_overall", "_responses", "_means", "_interactions")
 _FIGURES = ("_best", "_fresh", "_curves", "_curves_by_episodes", "_curves_by_env_steps")
-_OF_REPORTS = {".png": _FIGURES, ".svg": _FIGURES, ".csv": _TABLES}
+_OF_REPORTS = {".png": _FIGURES, ".svg": _FIGURES, ".csv": _TABLES, ".md": (PAGE,)}
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,15 @@ def write_report(
             if path.stem.endswith(_OF_REPORTS.get(path.suffix, ())):
                 path.unlink()
         write_text(place / "runs.csv", runs_table(outcomes, Path(folder)).csv())
+        write_text(place / "report.md", report_text(outcomes, {one: f"{one.name}{PAGE}.md" for one in found}, findings))
         tables = {study: _write_tables(place, study) for study in found}
         latex = [table.latex() for printed in tables.values() for table in printed]
         write_text(place / "tables.tex", "\n".join(latex))
         _write_verdicts(place, findings)
         drawn = _write_figures(place, found)
-        write_text(place / "report.md", report_text(outcomes, tables, findings, drawn))
+        for study, printed in tables.items():
+            text = study_text(study, printed, findings, drawn.get(study.name, []))
+            write_text(place / f"{study.name}{PAGE}.md", text)
     except OSError as error:
         raise InputError(f"out={show(str(place))}: cannot be written ({error.strerror})") from None
     return Report(place, tuple(outcomes), tuple(found), tuple(findings))

@@ -1,4 +1,4 @@
-"""report.md: all tables and figures, what differs between the runs, what is missing, what made them, the verdicts."""
+"""report.md: what made the runs and in what they differ; and a page for each study: tables, figures, verdicts."""
 
 from __future__ import annotations
 
@@ -14,21 +14,24 @@ from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.response_table import differences_table, shared_table
 from slcs2_jax.study.study import Study
 from slcs2_jax.study.table import Table
-from slcs2_jax.study.verdict_text import verdicts_markdown
+from slcs2_jax.study.verdict_text import counts_text, verdicts_markdown
 
 _NOTES = """\
+## What the words mean
+
 Every figure is by one of two measures. *Best*: the greatest fitness of a search, the paper's figure, which has been \
 chosen for being high. *Fresh*: the winner's mean over fresh deployments, which has not. A designed behaviour's result \
 is the mean of its deployments in an instance, by either.
 
-*n*: instances that every arm of the table has. *CI90*: Student's t interval of the mean; *BCa 90*: bootstrap \
-interval. *> 0*: share of instances that deliver a greater share of the packets than they use of the time. *A12*: \
-chance that the first arm's result, or that of the value named, is the better one. *Visible*: the least true \
-difference that so many instances show four times out of five (Mann-Whitney, p < 0.1, samples as spread as these). \
-*Holm p*: Mann-Whitney's, corrected over all cells of the experiment (overall figures: over those), or over all \
-effects of a table of responses. *Superior*: higher mean; significantly, if the CI90s do not overlap and \
-Mann-Whitney's p < 0.1. A *failure* is an instance in which no deployment delivers anything, of a search as of a \
-designed behaviour.
+*n*: instances that every arm of the table has; overall, where worlds share seeds and so start positions and \
+buildings, the seeds: one figure for each, the mean of its worlds (failures are counted in every world). *CI90*: \
+Student's t interval of the mean; *BCa 90*: bootstrap interval. *> 0*: share of instances that deliver a greater \
+share of the packets than they use of the time. *A12*: chance that the first arm's result, or that of the value named, \
+is the better one. *Visible*: the least true difference that so many instances show four times out of five \
+(Mann-Whitney, p < 0.1, samples as spread as these). *Holm p*: Mann-Whitney's, corrected over all cells of the \
+experiment (overall figures: over those), or over all effects of a table of responses. *Superior*: higher mean; \
+significantly, if the CI90s do not overlap and Mann-Whitney's p < 0.1. A *failure* is an instance in which no \
+deployment delivers anything, of a search as of a designed behaviour.
 """
 _SWEEP_NOTES = """\
 A *response* changes one setting and leaves the others at the values named under *compared with*; differences are \
@@ -37,32 +40,50 @@ the sum of what each does alone; 0 if they add up.
 """
 
 
-def report_text(
-    outcomes: Sequence[Outcome],
-    tables: Mapping[Study, Sequence[Table]],
-    findings: Sequence[Finding],
-    drawn: Mapping[str, Sequence[Path]],
-) -> str:
-    """The whole text in Markdown.
+def report_text(outcomes: Sequence[Outcome], pages: Mapping[Study, str], findings: Sequence[Finding]) -> str:
+    """What made the runs, in what they differ, what the paper's claims come to, and where each study's page is.
 
     Args:
         outcomes: all results.
-        tables: of each study, those to print.
+        pages: the studies, and the name of each one's page beside this one.
         findings: the verdicts by both metrics.
-        drawn: of each study by name, the figures that were written beside the text.
     """
-    parts = ["# Report", _provenance(outcomes), "## What differs", escape.markdown(agreement(outcomes, list(tables)))]
-    parts += [table.markdown() for table in difference_tables(outcomes, list(tables))]
-    for study, printed in tables.items():
-        parts += [f"## {escape.markdown(study.title)}", _state(study)]
-        parts += [f"![{path.stem}]({path.name})" for path in drawn.get(study.name, []) if path.suffix == ".png"]
-        parts += [table.markdown() for table in printed]
-        parts += [_SWEEP_NOTES] if study.factors else []
-    parts.append(_NOTES)
-    if any(one.evidence[0].count for one in findings):
-        parts += ["## The paper's claims", verdicts_markdown(findings)]
+    parts = ["# Report", _provenance(outcomes)]
+    for study, page in pages.items():
+        parts += [f"## {escape.markdown(study.title)}", _state(study), f"[Figures, tables, verdicts]({page})"]
+    if _judged(findings):
+        parts += ["## The paper's claims", counts_text(findings), "[Every claim with its verdict](verdicts.md)"]
+    parts += ["## What differs", escape.markdown(agreement(outcomes, list(pages)))]
+    parts += [table.markdown() for table in difference_tables(outcomes, list(pages))]
+    return _joined([*parts, _NOTES])
+
+
+def study_text(study: Study, tables: Sequence[Table], findings: Sequence[Finding], drawn: Sequence[Path]) -> str:
+    """A study's page: its state, figures, tables, and the verdicts on the claims that are of it.
+
+    Args:
+        study: what was found.
+        tables: those to print.
+        findings: the verdicts by both metrics, on claims of any study.
+        drawn: figures that were written beside the page.
+    """
+    parts = [f"# {escape.markdown(study.title)}", _state(study)]
+    parts += [f"![{path.stem}]({path.name})" for path in drawn if path.suffix == ".png"]
     if not drawn:
         parts.append("No figures: they need matplotlib, the extra `plot`.")
+    parts += [table.markdown() for table in tables]
+    parts += [_SWEEP_NOTES] if study.factors else []
+    own = [one for one in findings if one.claim.experiment == study.name]
+    if _judged(own):
+        parts += ["## The paper's claims", verdicts_markdown(own)]
+    return _joined([*parts, _NOTES])
+
+
+def _judged(findings: Sequence[Finding]) -> bool:
+    return any(one.evidence[0].count for one in findings)
+
+
+def _joined(parts: Sequence[str]) -> str:
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 

@@ -70,11 +70,11 @@ class Study:
         """Run of which every arm has this figure."""
         return self._shared[metric].get(cell, ())
 
-    def sample(self, arm: str, place: Cell, metric: str) -> Values:
-        """An arm's figures in the order of `seeds`; overall: of the first instances of each of the range's cells.
+    def instances(self, arm: str, place: Cell, metric: str) -> list[tuple[int, float]]:
+        """Seed and figure of each instance, in the order of `seeds`; overall: of the first of each of a range's cells.
 
         These are as many of each cell as every cell has, so that all count alike. Overall is empty unless every type of
-        the range has results: it is never the mean of fewer worlds.
+        the range has results: it is never of fewer worlds.
         """
         cells = [place]
         if place.environment == OVERALL:
@@ -82,7 +82,17 @@ class Study:
         shared = [self.seeds(cell, metric) if self.figures(arm, cell, metric) else () for cell in cells]
         count = min(map(len, shared))
         pairs = [(cell, seed) for cell, seeds in zip(cells, shared, strict=True) for seed in seeds[:count]]
-        return np.array([self.figures(arm, cell, metric)[seed] for cell, seed in pairs], dtype=np.float64)
+        return [(seed, self.figures(arm, cell, metric)[seed]) for cell, seed in pairs]
+
+    def sample(self, arm: str, place: Cell, metric: str) -> Values:
+        """An arm's independent figures in a place: one for each seed.
+
+        Cells that share a seed share start positions and buildings, so overall the mean over them counts once.
+        """
+        by_seed: dict[int, list[float]] = {}
+        for seed, figure in self.instances(arm, place, metric):
+            by_seed.setdefault(seed, []).append(figure)
+        return np.array([np.mean(own) for own in by_seed.values()], dtype=np.float64)
 
     def figures(self, arm: str, cell: Cell, metric: str) -> dict[int, float]:
         """An arm's figures in a cell by seed, shared with other arms or not."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from tabulate import tabulate
@@ -13,7 +14,7 @@ from slcs2_jax.results.arm import OVERALL, arm_title
 from slcs2_jax.results.csv_text import csv_text
 from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.paper import printed_mean
-from slcs2_jax.study.statistics import Description, Interval
+from slcs2_jax.study.statistics import Interval, share_interval
 from slcs2_jax.study.study import BEST, FRESH, METRICS, Study
 
 Row = tuple[object, ...]
@@ -125,12 +126,10 @@ def comparisons_table(study: Study, metric: str) -> Table:
 def failures_table(study: Study) -> Table:
     """In how many instances nothing is delivered, by both metrics; counted in the same way for every arm."""
     rows: list[Row] = []
-    fresh = study.descriptions(FRESH)
-    for (arm, place), one in study.descriptions(BEST).items():
+    for arm, place in study.descriptions(BEST):
         single = None if place.environment == OVERALL else study.failed_deployments(arm, place)
-        rows.append((
-            place.title, arm_title(arm), *_failed(one), *_failed(fresh.get((arm, place))), single,
-        ))  # fmt: skip
+        failed = (_failed(study.instances(arm, place, metric)) for metric in (BEST, FRESH))
+        rows.append((place.title, arm_title(arm), *chain(*failed), single))
     header = (
         "world", "arm", "best n", "failed by best", "Wilson 90", "fresh n", "failed by fresh", "fresh Wilson 90",
         "failed single deployments",
@@ -138,12 +137,13 @@ def failures_table(study: Study) -> Table:
     return Table(f"{study.title}: failures {study.when}", header, tuple(rows))
 
 
-def _failed(one: Description | None) -> Row:
+def _failed(instances: Sequence[tuple[int, float]]) -> Row:
     """Instances, the share of them that deliver nothing, and its interval."""
-    if one is None:
+    if not instances:
         return 0, None, None
-    low, high = one.delivering_interval
-    return one.count, 1 - one.delivering, Interval(1 - high, 1 - low)
+    count, delivering = len(instances), sum(figure > -1 for _, figure in instances)
+    low, high = share_interval(delivering, count)
+    return count, 1 - delivering / count, Interval(1 - high, 1 - low)
 
 
 def _cell(value: object) -> str:

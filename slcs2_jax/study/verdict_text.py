@@ -50,13 +50,18 @@ def _by_claim(findings: Sequence[Finding]) -> dict[str, dict[str, Finding]]:
 
 def verdicts_markdown(findings: Sequence[Finding]) -> str:
     """Each claim with its verdict and evidence by both metrics; then what verdicts mean."""
-    told = {metric: _counts([one for one in findings if one.metric == metric]) for metric in (FRESH, BEST)}
     table = verdicts_table(findings).markdown()
     kinds = "\n".join(f"- *{kind}*: {rule}" for kind, rule in KINDS.items())
     needs = "What a claim of each kind needs, in every world it speaks of:"
+    return f"{counts_text(findings)}\n\n{table}\n{needs}\n\n{kinds}\n"
+
+
+def counts_text(findings: Sequence[Finding]) -> str:
+    """How many claims have which verdict, by both metrics."""
+    told = {metric: _counts([one for one in findings if one.metric == metric]) for metric in (FRESH, BEST)}
     return (
         f"By fresh means, which decide: {told[FRESH]}. By the search's own best, the paper's figure, which is chosen "
-        f"for being high: {told[BEST]}.\n\n{table}\n{needs}\n\n{kinds}\n"
+        f"for being high: {told[BEST]}."
     )
 
 

@@ -41,6 +41,7 @@ def test_what_is_written_and_that_it_is_the_same_again(runs, tmp_path):
         "contributions_failures.csv",
         "contributions_fitness.csv",
         "contributions_fresh_comparisons.csv",
+        "contributions_report.md",
         "report.md",
         "runs.csv",
         "tables.tex",
@@ -57,7 +58,9 @@ def test_partial_results_are_told(runs):
     assert "Compared after 1 generations of every run; the longest has 2." in text
     assert "- no novelty (AILTA), short urban: no run (seeds 1, 2)" in text
     assert "- no runs at all: short jammed," in text
-    assert "short overall" not in text
+    page = (runs / "report" / "contributions_report.md").read_text()
+    assert "- no runs at all: short jammed," in page
+    assert "short overall" not in page
     # the sentence names its condition, and where the runs come from
     assert f"slcs2_jax {__version__}" in text
     assert "Devices: 1 x cpu." in text
@@ -76,10 +79,11 @@ def test_an_older_report_is_replaced(runs):
     place = write_report(runs).folder
     (place / "mine.png").write_text("mine")
     assert (place / "contributions_curves.png").exists()
-    older = place / "grammars_fresh.svg"
-    older.write_text("of runs that are no longer there")
+    older = [place / name for name in ("grammars_fresh.svg", "grammars_report.md")]
+    for path in older:
+        path.write_text("of runs that are no longer there")
     write_report(runs)
-    assert not older.exists()
+    assert not [path for path in older if path.exists()]
     assert (place / "mine.png").exists()
     assert (place / "contributions_curves.png").exists()
 
@@ -130,7 +134,7 @@ def test_a_place_that_cannot_be_written_to(runs, tmp_path):
 def test_a_single_run(make):
     make.evolved("slcs2", "open_short", 0, [0.1, 0.2], fresh=0.1)
     report = write_report(make.root / "slcs2" / "open_short" / "seed_000")
-    assert "| short open | SLCS2 |" in " ".join((report.folder / "report.md").read_text().split())
+    assert "| short open | SLCS2 |" in " ".join((report.folder / "runs_report.md").read_text().split())
 
 
 ODD = (
@@ -160,7 +164,7 @@ def test_names_from_strangers_stay_text(make, capsys):
     assert r"\textbackslash{}input\{secret\}" in latex
     assert r"\$x\textasciicircum{}\{\$" in latex
     assert "\\input{" not in latex
-    text = (place / "report.md").read_text()
+    text = "".join(path.read_text() for path in place.glob("*report.md"))
     assert "\\<script>" in text
     assert "[l\\](javascript:x)" in text
     assert "=cmd\\|' C calc'!A0" in text

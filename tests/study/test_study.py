@@ -7,6 +7,7 @@ from slcs2_jax.config import InputError
 from slcs2_jax.results.arm import Cell, cell_named
 from slcs2_jax.study.collect import collect
 from slcs2_jax.study.study import BEST, FRESH, SPENT, Contest, studies
+from slcs2_jax.study.table import failures_table
 
 EXPERIMENTS = {
     "contributions": ("Contributions", ("slcs2", "ailta", "no_exchange")),
@@ -82,16 +83,20 @@ def test_cells_that_an_arm_has_not_begun_hold_nothing_back(make):
     assert (one.name, one.generations) == ("grammars", 3)
 
 
-def test_overall_is_of_all_types_and_of_the_same_instances(make):
-    level = dict(zip(SHORT, (0.1, 0.2, 0.3, 0.4), strict=True))
+def test_overall_is_of_all_types_and_worlds_of_one_seed_count_once(make):
+    level = dict(zip(SHORT, (0.1, 0.2, 0.3, -1.0), strict=True))
     for arm in ("slcs2", "ailta"):
         for cell, best in level.items():
             for seed in range(3 if cell == "open_short" else 2):
-                make.evolved(arm, cell, seed, [best])
+                make.evolved(arm, cell, seed, [best + (seed if best > -1 else 0)])
     overall = Cell("overall", "short")
     [one] = study(make)
-    assert sorted(one.sample("slcs2", overall, BEST)) == [0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.4, 0.4]
-    assert one.descriptions(BEST)["slcs2", overall].mean == pytest.approx(0.25)
+    assert list(one.sample("slcs2", overall, BEST)) == pytest.approx([-0.1, 0.65])
+    assert one.descriptions(BEST)["slcs2", overall].mean == pytest.approx(0.275)
+    assert one.comparisons(BEST)[Contest("ailta", overall)].count == 2
+    failed = {row[0]: row[2:4] for row in failures_table(one).rows if row[1] == "SLCS2"}
+    assert failed["short overall"] == (8, 0.25)
+    assert failed["short urban jammed"] == (2, 1.0)
     assert not len(one.sample("slcs2", Cell("overall", "long"), BEST))
     assert "no runs at all: long open, long jammed, long urban, long urban jammed" in one.missing
 
