@@ -19,6 +19,7 @@ from slcs2_jax.study.overall import overall_table
 from slcs2_jax.study.report_text import report_text, study_text
 from slcs2_jax.study.response import grids, responses
 from slcs2_jax.study.response_table import grid_table, grids_table, interactions_table, responses_table
+from slcs2_jax.study.robustness import robustness_table
 from slcs2_jax.study.study import BEST, FRESH, GENERATION, METRICS, MOST_ARMS, SPENT, Study, studies
 from slcs2_jax.study.table import Table, comparisons_table, descriptions_table, failures_table, runs_table
 from slcs2_jax.study.verdict_text import plain, verdicts_markdown
@@ -30,7 +31,7 @@ PAGE = "_report"  # ends the name of a study's page
 REPORT = "report"  # folder below the runs', unless another is named
 
 # Files of an earlier report, by the ends of their names: that one may have had some that this one has not.
-_TABLES = ("_fitness", "_failures", "_comparisons", "_overall", "_responses", "_means", "_interactions")
+_TABLES = ("_fitness", "_failures", "_comparisons", "_overall", "_responses", "_means", "_interactions", "_robustness")
 _FIGURES = ("_best", "_fresh", "_curves", "_curves_by_episodes", "_curves_by_env_steps")
 _OF_REPORTS = {".png": _FIGURES, ".svg": _FIGURES, ".csv": _TABLES, ".md": (PAGE,)}
 
@@ -99,6 +100,7 @@ def study_tables(study: Study) -> dict[str, Table]:
         named |= {f"{metric}_responses": responses_table(study, metric) for metric in METRICS}
         named |= {f"{metric}_means": grids_table(study, metric) for metric in METRICS}
         named |= {f"{metric}_interactions": interactions_table(study, metric) for metric in METRICS}
+        named |= {f"{metric}_robustness": robustness_table(study, metric) for metric in METRICS}
     return named
 
 
@@ -110,10 +112,11 @@ def _write_tables(place: Path, study: Study) -> list[Table]:
             write_text(place / f"{study.name}_{name}.csv", table.csv())
     if study.factors:  # what every arm comes to would be a row for each combination: in CSV alone
         means = [grid_table(grid) for metric in METRICS for grid in grids(study, metric)]
-        responding, together = (
-            [table for name, table in named.items() if name.endswith(end)] for end in ("_responses", "_interactions")
+        robust, responding, together = (
+            [table for name, table in named.items() if name.endswith(end)]
+            for end in ("_robustness", "_responses", "_interactions")
         )
-        return [table for table in (*responding, *means, *together) if table.rows]
+        return [table for table in (*robust, *responding, *means, *together) if table.rows]
     return [table for table in named.values() if table.rows]
 
 

@@ -36,7 +36,9 @@ deployment delivers anything, of a search as of a designed behaviour.
 _SWEEP_NOTES = """\
 A *response* changes one setting and leaves the others at the values named under *compared with*; differences are \
 taken instance by instance from the runs with these values. An *interaction* is what two changes do together beyond \
-the sum of what each does alone; 0 if they add up.
+the sum of what each does alone; 0 if they add up. Algorithms are compared *under each setting* that both of them were \
+run with: *same*, if the one that is better with the settings as they are is better there, too. These p are not \
+corrected: the table asks whether a verdict depends on a setting, and is no verdict itself.
 """
 
 
