@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -160,8 +161,8 @@ def power(difference: float, one: Comparison) -> float | None:
     """
     if not one.sd:
         return None
-    nobs = one.count * EFFICIENCY
-    return float(TTestIndPower().power(abs(difference) / one.sd, nobs, ALPHA))
+    found = float(TTestIndPower().power(abs(difference) / one.sd, one.count * EFFICIENCY, ALPHA))
+    return 1.0 if isnan(found) else found  # SciPy's noncentral t gives out where the power is 1 to nine digits
 
 
 @cache

@@ -154,6 +154,7 @@ def test_the_power_of_so_many_instances_is_that_of_simulated_ones():
     seen = stats.mannwhitneyu(*pairs, axis=1).pvalue < 0.1
     assert seen.mean() == pytest.approx(0.8, abs=0.03)
     assert power(0.0, one) == pytest.approx(0.1, abs=1e-6)
+    assert [power(size * one.sd, one) for size in (4.0, 5.0, 50.0)] == pytest.approx([1.0] * 3)  # SciPy says NaN there
 
 
 def test_equal_or_single_samples_have_no_power_that_could_be_told():
