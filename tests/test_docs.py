@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import subprocess
@@ -20,6 +21,7 @@ from slcs2_jax.config.table import settings_table
 from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import load_solution
 from slcs2_jax.search import HistoryRow
+from slcs2_jax.study.claim import Verdict
 from tests.documentation import PAGES, README, ROOT, blocks, follow
 
 sys.path.append(str(ROOT / "scripts"))
@@ -137,20 +139,50 @@ def test_the_table_of_the_ablation_is_that_of_the_runs():
         assert said == [round(figures[world, f"{arm}, 150 episodes"], 3) for world in worlds], arm
 
 
-def test_the_table_of_results_is_that_of_the_runs():
-    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", text("results/index.md"), re.M | re.S)
+@pytest.mark.parametrize(("page", "count"), [(DOCS / "results" / "index.md", 10), (README, 2)], ids=["docs", "README"])
+def test_the_table_of_results_is_that_of_the_runs(page, count):
+    said = page.read_text(encoding="utf-8")
+    shown = re.search(r"^<!-- results: .*?-->\n(.*?)^<!-- end of results -->$", said, re.M | re.S)
     assert shown is not None
     figures = {}
-    for experiment in ("contributions", "designed"):
+    for experiment in ("contributions", "designed", "grammars"):
         with (DOCS / "results" / "paper" / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
             for row in csv.DictReader(file):
                 figures[row["world"], row["arm"]] = float(row["fresh mean"]), float(row["best mean"])
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in shown[1].splitlines()[2:]]
-    assert len(rows) == 10
+    assert len(rows) == count
+    arms = (
+        "SLCS2",
+        "no novelty (AILTA)",
+        "no exchange",
+        "designed",
+        "grammar channel",
+        "grammar power",
+        "grammar both",
+    )
     for world, *cells in rows:
-        for arm, cell in zip(("SLCS2", "no novelty (AILTA)", "no exchange", "designed"), cells, strict=True):
-            said = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
-            assert said == [round(number, 3) for number in figures[world, arm]][: len(said)], (world, arm)
+        for arm, cell in zip(arms, cells, strict=True):
+            told = [float(number) for number in re.findall(r"[\d.-]+", cell.replace("−", "-"))]
+            assert told == [round(number, 3) for number in figures[world, arm]][: len(told)], (world, arm)
+
+
+def test_the_counts_of_verdicts_that_are_told_are_those_of_the_runs():
+    findings = json.loads((DOCS / "results" / "paper" / "verdicts.json").read_text(encoding="utf-8"))
+    counts = {
+        metric: [sum(one["verdict"] == verdict for one in findings if one["metric"] == metric) for verdict in Verdict]
+        for metric in ("fresh", "best")
+    }
+    assert counts["fresh"][3] == counts["best"][3] == 0  # no claim lacks data
+    holds, direction, fails = counts["fresh"][:3]
+    assert (
+        f"Of the paper's {sum(counts['fresh'])} claims {holds} hold, {direction} hold in direction and {fails} do not"
+        in (README.read_text(encoding="utf-8"))
+    )
+    page = text("results/paper/README.md")
+    assert (
+        f"By fresh means {holds} of the paper's 33 claims hold, {direction} hold in direction, {fails} do not;" in page
+    )
+    assert "; by best {}, {} and {}.".format(*counts["best"]) in page
 
 
 def test_the_rules_in_words_are_those_of_the_solution_that_is_there():
@@ -201,7 +233,7 @@ def told(path: Path) -> tuple[list[str], list[float]]:
 @pytest.mark.slow
 def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(tmp_path):
     with tarfile.open(DOCS / "results" / "paper" / "runs.tar.xz") as archive:
-        archive.extractall(tmp_path, filter="data")
+        archive.extractall(tmp_path / "runs", filter="data")
     command = [sys.executable, "-m", "slcs2_jax", "report", "runs/paper", "replays=0"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600)
