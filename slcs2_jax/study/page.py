@@ -14,7 +14,7 @@ from slcs2_jax.study.collect import Outcome
 from slcs2_jax.study.page_figures import figures
 from slcs2_jax.study.report import Report, study_tables
 from slcs2_jax.study.report_text import agreement, difference_tables, state_line, work
-from slcs2_jax.study.study import FRESH, METRICS, Study
+from slcs2_jax.study.study import METRICS, Study
 from slcs2_jax.study.table import Table
 from slcs2_jax.study.verdict_text import verdicts_table
 
@@ -40,7 +40,7 @@ def write_study_page(
         "agree": agreement(report.outcomes, report.studies),
         "differs": [_table(one, "differs") for one in difference_tables(report.outcomes, report.studies)],
         "verdicts": _table(verdicts_table(report.findings), "verdicts") if known else None,
-        "metrics": {metric: METRICS[metric] for metric in sorted(METRICS, key=lambda metric: metric != FRESH)},
+        "metrics": METRICS,
         "studies": [_study(one) for one in report.studies],
         "runs": [_run(one, pages) for one in by_fresh_mean(report.outcomes)],
     }

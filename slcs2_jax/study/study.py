@@ -17,7 +17,7 @@ from slcs2_jax.study.factor import Factor, factors
 from slcs2_jax.study.statistics import Comparison, Description, Values, compare, describe, holm
 
 BEST, FRESH = "best", "fresh"
-METRICS = {BEST: "best fitness of the search", FRESH: "winner's mean over fresh deployments"}
+METRICS = {FRESH: "winner's mean over fresh deployments", BEST: "best fitness of the search"}  # fresh means decide
 MOST_ARMS = 6  # that one figure tells apart
 GENERATION = "generation"
 SPENT = (GENERATION, "episodes", "env-steps")  # what a search is looked at by
