@@ -11,7 +11,9 @@ import sys
 import tarfile
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
@@ -22,6 +24,7 @@ from slcs2_jax.looking.rulebook import rule_lines
 from slcs2_jax.results import load_solution
 from slcs2_jax.search import HistoryRow
 from slcs2_jax.study.claim import Verdict
+from slcs2_jax.study.statistics import compare
 from tests.documentation import PAGES, README, ROOT, blocks, follow
 
 sys.path.append(str(ROOT / "scripts"))
@@ -183,6 +186,56 @@ def test_the_counts_of_verdicts_that_are_told_are_those_of_the_runs():
         f"By fresh means {holds} of the paper's 33 claims hold, {direction} hold in direction, {fails} do not;" in page
     )
     assert "; by best {}, {} and {}.".format(*counts["best"]) in page
+
+
+def read_in(archive: tarfile.TarFile, name: str) -> str:
+    file = archive.extractfile(name)
+    assert file is not None
+    return file.read().decode()
+
+
+def rows_of(archive: tarfile.TarFile, run: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in read_in(archive, f"{run}/generations.jsonl").splitlines()]
+
+
+def fresh_of(archive: tarfile.TarFile, run: str) -> float:
+    [instance] = json.loads(read_in(archive, f"{run}/summary.json"))["instances"]
+    return instance["fresh_mean"]
+
+
+def test_what_is_said_of_two_thousand_generations_is_that_of_the_runs():
+    page = text("results/paper/README.md")
+    shown = re.search(r"^<!-- two thousand.*?-->\n(.*?)^<!-- end -->", page, re.M | re.S)
+    assert shown is not None
+    marks, best, episodes = (
+        [float(cell) for cell in line.strip("|").split("|")[1:]]
+        for line in (shown[1].splitlines()[row] for row in (0, 2, 3))
+    )
+    with (
+        tarfile.open(DOCS / "results" / "paper" / "two_thousand_open_short.tar.xz") as long,
+        tarfile.open(DOCS / "results" / "paper" / "full_size_open_short.tar.xz") as short,
+    ):
+        runs = [f"slcs2/open_short/seed_{seed:03d}" for seed in range(8)]
+        searches = [rows_of(long, f"two_thousand/{run}") for run in runs]
+        earlier = [rows_of(short, f"paper/{run}") for run in runs]
+        fresh = [
+            np.array([fresh_of(archive, f"{root}/{run}") for run in runs])
+            for archive, root in ((long, "two_thousand"), (short, "paper"))
+        ]
+    assert [rows[:500] for rows in searches] == earlier  # of another maker's processor
+    spent = np.cumsum([[row["deployments"] for row in rows] for rows in searches], axis=1)
+    for mark, figure, count in zip(marks, best, episodes, strict=True):
+        at = int(mark) - 1
+        assert figure == round(np.mean([rows[at]["best"] for rows in searches]), 3)
+        assert count == round(spent[:, at].mean())
+    found = compare(*fresh)
+    assert f"come to {fresh[0].mean():.3f} after 2000 generations and to {fresh[1].mean():.3f} after 500" in page
+    assert found.bootstrap is not None
+    told = (found.difference, *found.bootstrap, found.p_mann_whitney, found.p_wilcoxon)
+    assert (
+        "a difference of {:.3f} (BCa 90 %: {:.3f} to {:.3f}; Mann–Whitney p {:.3f}, Wilcoxon {:.3f})".format(*told)
+        in page
+    )
 
 
 def test_the_rules_in_words_are_those_of_the_solution_that_is_there():

@@ -87,7 +87,8 @@ def curves_figure(study: Study, by: str = GENERATION) -> Figure:
             _draw_curves(panel, study, cell, by)
     legend(figure, panels.flat)
     figure.supxlabel(by)
-    figure.supylabel(f"{METRICS[BEST]} so far, mean and CI90")
+    lines = [f"{METRICS[BEST]} so far,", "mean and CI90"]
+    figure.supylabel((" " if len(ranges) > 1 else "\n").join(lines))  # one row of panels is lower than the text is long
     return figure
 
 
