@@ -32,12 +32,12 @@ class Repeated:
     base: float | None
 
     @property
-    def direction(self) -> str:
-        """Is the better algorithm the one that it is at the base?"""
+    def direction(self) -> str | None:
+        """Is the better algorithm the one that it is at the base? None where that was not run."""
         if not self.changes:
             return "base"
         if self.base is None:
-            return "-"
+            return None
         return "same" if self.comparison.difference * self.base > 0 else "other"
 
 

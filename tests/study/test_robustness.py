@@ -53,6 +53,15 @@ def test_the_report_prints_and_keeps_them(sweep):
     assert "SLCS2 less the other algorithm, under each setting, winner's mean over fresh deployments" in page
 
 
+def test_without_the_base_there_is_no_direction(make):
+    for speed, clearance in ((2.0, 2.0), (4.0, 2.0), (2.0, 4.0)):
+        for arm in ("slcs2", "no_exchange")[: 1 if speed == clearance else 2]:
+            own = {"swarm": {"speed": speed, "clearance": clearance}}
+            type(make)(make.root / f"{speed}_{clearance}").evolved(arm, "open_short", 0, [0.5], fresh=0.5, **own)
+    [found] = [one for one in studies(collect(make.root), reported_experiments()) if one.factors]
+    assert [one.direction for one in repeated(found, FRESH)] == [None, None]
+
+
 def test_one_algorithm_has_nothing_to_compare(make):
     for speed in (2.0, 4.0):
         other = type(make)(make.root / f"{speed}")
