@@ -188,6 +188,51 @@ def test_the_counts_of_verdicts_that_are_told_are_those_of_the_runs():
     assert "; by best {}, {} and {}.".format(*counts["best"]) in page
 
 
+def numbers(cell: str) -> list[float]:
+    return [float(number) for number in re.findall(r"-?\d+\.\d+", cell.replace("−", "-"))]
+
+
+def test_the_tables_of_the_sensitivity_study_are_those_of_the_runs():
+    folder = DOCS / "results" / "sensitivity"
+    with (folder / "sweep_fresh_robustness.csv").open(encoding="utf-8") as file:
+        found = {(row["world"], row["against"], row["settings"]): row for row in csv.DictReader(file)}
+    page = (folder / "README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^<!-- sensitivity: \S+, (.*?) -->\n(.*?)^<!-- end -->", page, re.M | re.S)
+    assert [world for world, _ in shown] == ["long jammed", "long urban jammed"]
+    for world, table in shown:
+        rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
+        compared = {settings for place, _, settings in found if place == world and "emission" not in settings}
+        assert {settings for settings, *_ in rows} == compared
+        for settings, *cells in rows:
+            for against, cell in zip(("no novelty (AILTA)", "no exchange", "designed"), cells, strict=False):
+                row = found[world, against, settings]
+                names = ("difference", "BCa 90 low", "BCa 90 high")
+                assert numbers(cell) == [round(float(row[name]), 3) for name in names], (world, settings)
+
+
+def test_what_is_said_of_novelty_search_is_that_of_the_runs():
+    folder = DOCS / "results" / "novelty"
+    with (folder / "contributions_fresh_comparisons.csv").open(encoding="utf-8") as file:
+        [row] = csv.DictReader(file)
+    figures = {name: float(value) for name, value in row.items() if re.fullmatch(r"-?[\d.e-]+", value)}
+    said = (
+        f"a difference of {figures['difference']:.3f} (BCa 90 %: {figures['BCa 90 low']:.3f} to "
+        f"{figures['BCa 90 high']:.3f})"
+    )
+    page = (folder / "README.md").read_text(encoding="utf-8")
+    assert said in page
+    assert (
+        f"over the pairs, which share their world and their first solution, has p {figures['Wilcoxon p']:.4f}" in page
+    )
+    assert f"does not know the pairs, has p {figures['Mann-Whitney p']:.3f}" in page
+    with tarfile.open(folder / "runs.tar.xz") as archive:
+        pairs = [
+            [fresh_of(archive, f"novelty/{arm}/urban_jammed_long/seed_{seed}") for arm in ("slcs2", "ailta")]
+            for seed in range(7000, 7030)
+        ]
+    assert f"a gain in {sum(mine > its for mine, its in pairs)} of {len(pairs)} instances" in page
+
+
 def read_in(archive: tarfile.TarFile, name: str) -> str:
     file = archive.extractfile(name)
     assert file is not None
@@ -284,25 +329,30 @@ def told(path: Path) -> tuple[list[str], list[float]]:
 
 
 @pytest.mark.slow
-def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(tmp_path):
-    with tarfile.open(DOCS / "results" / "paper" / "runs.tar.xz") as archive:
+@pytest.mark.parametrize(
+    ("folder", "least"),
+    [
+        (
+            "paper",
+            {"runs.csv", "verdicts.md", "report.md", "designed_report.md", "designed_fresh_comparisons.csv"},
+        ),
+        ("novelty", {"contributions_fresh_comparisons.csv", "contributions_fitness.csv"}),
+        ("sensitivity", {"sweep_fresh_robustness.csv", "sweep_fresh_responses.csv"}),
+    ],
+)
+def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(folder, least, tmp_path):
+    kept = DOCS / "results" / folder
+    with tarfile.open(kept / "runs.tar.xz") as archive:
         archive.extractall(tmp_path / "runs", filter="data")
-    command = [sys.executable, "-m", "slcs2_jax", "report", "runs/paper", "replays=0"]
+    command = [sys.executable, "-m", "slcs2_jax", "report", f"runs/{folder}", "replays=0"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
-    made = tmp_path / "runs" / "paper" / "report"
-    names = {path.name for path in made.iterdir() if path.suffix in (".csv", ".json", ".md", ".tex")}
-    assert {
-        "runs.csv",
-        "verdicts.md",
-        "report.md",
-        "designed_report.md",
-        "tables.tex",
-        "designed_fresh_comparisons.csv",
-    } <= names
+    made = tmp_path / "runs" / folder / "report"
+    names = {path.name for path in kept.iterdir() if path.suffix in (".csv", ".json", ".md", ".tex")} - {"README.md"}
+    assert least <= names
     for name in names:
-        (said, figures), (kept_said, kept_figures) = map(told, (made / name, DOCS / "results" / "paper" / name))
+        (said, figures), (kept_said, kept_figures) = map(told, (made / name, kept / name))
         assert said == kept_said, name
         assert figures == pytest.approx(kept_figures, rel=1e-12, abs=0), name
 
