@@ -1,4 +1,4 @@
-"""Finished runs in one file: python scripts/archive_runs.py ROOT OUT.tar.xz.
+"""Finished runs in one file: python scripts/archive_runs.py ROOT OUT.tar.bz2.
 
 Of every finished run below ROOT its settings, grammar, knowledge, rows of all generations, summary, times, and winners;
 without checkpoints and the rest of the collection. The same runs give the same bytes. Unpacked where ROOT was, `slcs2
@@ -52,14 +52,14 @@ def plain(member: tarfile.TarInfo) -> tarfile.TarInfo:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("root", type=Path, help="folder of an experiment, or any with runs below it")
-    parser.add_argument("out", type=Path, help="file to make, .tar.xz; replaced if it is there")
+    parser.add_argument("out", type=Path, help="file to make, .tar.bz2; replaced if it is there")
     parser.add_argument("--winners", nargs="*", metavar="ARM", help="of these arms alone; of all, if it is left out")
     arguments = parser.parse_args()
     if not arguments.root.is_dir():
         raise InputError(f"root={arguments.root}: no such folder; accepted is one with runs of slcs2")
     runs = [files for folder in folders_with_config(arguments.root) if (files := files_of(folder, arguments.winners))]
     partial = arguments.out.with_name(arguments.out.name + ".partial")
-    with tarfile.open(partial, "w:xz", preset=9) as archive:
+    with tarfile.open(partial, "w:bz2") as archive:
         for file in (file for files in runs for file in files):
             archive.add(file, file.relative_to(arguments.root.parent), filter=plain)
     partial.replace(arguments.out)

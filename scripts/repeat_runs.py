@@ -1,4 +1,4 @@
-"""Runs of an archive made again: python scripts/repeat_runs.py RUNS.tar.xz [--count 10] [--seed 0].
+"""Runs of an archive made again: python scripts/repeat_runs.py RUNS.tar.bz2 [--count 10] [--seed 0].
 
 Picks finished searches of an archive (scripts/archive_runs.py) by chance, makes each again with `slcs2 repeat`, and
 says which came to the same bytes. Exit code 0 if all did.
@@ -21,7 +21,7 @@ from slcs2_jax.results.run_folder import folders_with_config
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("archive", type=Path, help="of runs, .tar.xz")
+    parser.add_argument("archive", type=Path, help="of runs, .tar.bz2 or .tar.xz")
     parser.add_argument("--count", type=int, default=10, help="runs")
     parser.add_argument("--seed", type=int, default=0, help="of the chance")
     arguments = parser.parse_args()

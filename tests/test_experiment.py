@@ -274,7 +274,7 @@ def test_an_experiment_of_ones_own(driver, silent, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "accepted is one of ablation, calibration, contributions, designed, grammars, searches"),
+        ([], "accepted is one of ablation, calibration, contributions, control, designed, grammars, searches"),
         (["contribution"], "experiment=contribution: accepted is one of"),
         (["contributions", "arm=partial"], "arm=partial: accepted is one of all, full, no_novelty, no_exchange"),
         (["contributions", "acceptance=ailta"], "arm=no_novelty: comes to the same settings as full"),

@@ -27,6 +27,7 @@ slcs2 experiment NAME [setting=value ...]: an experiment in the paper's eight ce
   contributions     full, without novelty search (AILTA instead), without rule exchange; 10 instances for each cell
   designed          evolved behaviours against the designed one; 30 instances for each cell
   grammars          main grammar, channel, power, both; 30 instances for each cell
+  control           the paper's search and random search, each with search.episodes=200 deployments; 10 instances
   searches          informed, random and no search with the same knowledge, slcs2, each with search.episodes=150
                     deployments; the designed behaviour
   ablation          the informed search with each of its parts left out, for as many deployments

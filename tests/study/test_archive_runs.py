@@ -27,14 +27,14 @@ def test_the_same_runs_are_the_same_archive_and_give_the_same_report(make, tmp_p
             make.evolved(arm, "open_short", seed, [0.1, 0.2 + seed], fresh=0.15)
     write_report(make.root, tmp_path / "report")
     make.evolved("slcs2", "open_short", 7, [0.1], planned=2)  # has not ended
-    for name in ("first.tar.xz", "second.tar.xz"):
+    for name in ("first.tar.bz2", "second.tar.bz2"):
         for file in make.root.rglob("*"):
             os.utime(file, (len(name), len(name)))  # when they were written is no part of them
         done = script("archive_runs.py", make.root, tmp_path / name)
         assert done.returncode == 0, done.stderr
         assert done.stdout.startswith("4 runs, ")
-    assert (tmp_path / "first.tar.xz").read_bytes() == (tmp_path / "second.tar.xz").read_bytes()
-    with tarfile.open(tmp_path / "first.tar.xz") as archive:
+    assert (tmp_path / "first.tar.bz2").read_bytes() == (tmp_path / "second.tar.bz2").read_bytes()
+    with tarfile.open(tmp_path / "first.tar.bz2") as archive:
         archive.extractall(tmp_path / "unpacked", filter="data")
     write_report(tmp_path / "unpacked" / make.root.name, tmp_path / "again")
     for name in ("contributions_fitness.csv", "verdicts.json"):
@@ -46,10 +46,10 @@ def test_nothing_outside_a_run_is_archived_or_shipped(make, tmp_path):
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "secret_best.npz").write_bytes(b"secret")
     (run / "solutions").symlink_to(tmp_path / "outside")
-    done = script("archive_runs.py", make.root, tmp_path / "out.tar.xz")
+    done = script("archive_runs.py", make.root, tmp_path / "out.tar.bz2")
     assert done.returncode == 1
     assert "solutions is a link; accepted is a folder" in done.stderr
-    assert not (tmp_path / "out.tar.xz").exists()
+    assert not (tmp_path / "out.tar.bz2").exists()
     done = script("ship_swarms.py", make.root)
     assert done.returncode == 1
     assert "solutions is a link; accepted is a folder" in done.stderr
@@ -64,14 +64,14 @@ def test_archived_runs_come_to_the_same_again_or_are_named(tmp_path):
             run_dir=str(tmp_path / "runs" / f"seed_{seed}"),
         )  # fmt: skip
         slcs2.evolve(settings)
-    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "runs.tar.xz").returncode == 0
-    done = script("repeat_runs.py", tmp_path / "runs.tar.xz")
+    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "runs.tar.bz2").returncode == 0
+    done = script("repeat_runs.py", tmp_path / "runs.tar.bz2")
     assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "2 of 2 came to the same bytes"), done.stderr
     rows = tmp_path / "runs" / "seed_1" / "generations.jsonl"
     first, *others = rows.read_bytes().splitlines(keepends=True)
     rows.write_bytes(b"".join([row_line(parse_row(first) | {"best": 0.5}), *others]))
-    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "other.tar.xz").returncode == 0
-    done = script("repeat_runs.py", tmp_path / "other.tar.xz", "--count", 2)
+    assert script("archive_runs.py", tmp_path / "runs", tmp_path / "other.tar.bz2").returncode == 0
+    done = script("repeat_runs.py", tmp_path / "other.tar.bz2", "--count", 2)
     assert done.returncode == 1
     assert "runs/seed_1: 1 files differ\n" in done.stdout
     assert done.stdout.endswith("1 of 2 came to the same bytes\n")
@@ -90,7 +90,7 @@ def test_the_swarm_that_ships_is_the_best_by_fresh_deployments(make):
 
 
 def test_no_folder_of_runs(tmp_path):
-    for name, more in (("archive_runs.py", [tmp_path / "out.tar.xz"]), ("ship_swarms.py", [])):
+    for name, more in (("archive_runs.py", [tmp_path / "out.tar.bz2"]), ("ship_swarms.py", [])):
         done = script(name, tmp_path / "nowhere", *more)
         assert done.returncode == 1
         assert "no such folder" in done.stderr
