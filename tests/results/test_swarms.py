@@ -1,5 +1,8 @@
 """The evolved swarms that come with the package."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from slcs2_jax import cli
@@ -14,6 +17,39 @@ def test_a_swarm_is_named_after_its_world(name):
     assert name == f"{world.range}_{world.environment}" + (f"_{grammar}" if grammar != "main" else "")
     assert one.instance_seed >= 0
     assert one.fitness > 0
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "swarms.md"
+
+
+def told() -> dict[str, tuple[float, ...]]:
+    """Of every swarm on the page: mean fitness in its own world, and in thirty that it has not seen."""
+    said = PAGE.read_text(encoding="utf-8").replace("−", "-")
+    header, _, *rows = (
+        [cell.strip(" `") for cell in line.strip("|").split("|")]
+        for line in said[said.index("<!-- swarms") :].splitlines()
+        if line.startswith("|")
+    )
+    return {
+        row[0] + ("" if grammar == "main" else grammar): tuple(map(float, re.findall(r"-?[\d.]+", cell)))
+        for row in rows
+        for grammar, cell in zip(header[1:], row[1:], strict=True)
+    }
+
+
+def test_the_page_has_every_swarm_and_there_is_one_for_each_world_and_grammar():
+    assert sorted(told()) == swarm_names()
+    assert len(swarm_names()) == 8 * 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", swarm_names()[::8])
+def test_a_swarm_does_as_well_as_the_page_says(name, capsys):
+    own = f"seed={load_solution(swarm_file(name)).instance_seed}"
+    for figure, more in zip(told()[name], ([own, "instances=1", "deployments=120"], ["seed=9500000"]), strict=True):
+        assert cli.main(["evaluate", f"swarm={name}", "instances=30", "compute.native=on", *more]) == 0
+        [mean] = re.findall(r"^ +mean +(-?[\d.]+)", capsys.readouterr().out, re.MULTILINE)
+        assert float(mean) == figure
 
 
 def test_the_commands_take_a_swarm_by_its_name(tmp_path, monkeypatch, capsys):
