@@ -130,6 +130,27 @@ def test_the_tables_of_searches_are_those_of_the_runs(name, arms):
         assert said == [round(figures[world, arm], 3) for arm in arms], world
 
 
+def test_what_is_said_of_random_search_is_what_the_contests_say():
+    def rows(measure, kind):
+        with (DOCS / "results" / "searches" / f"control_200_{measure}_{kind}.csv").open(encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    worlds = {row["world"]: row for row in rows("fresh", "comparisons") if "overall" not in row["world"]}
+    assert all(float(row["difference"]) > 0 for row in worlds.values())
+    shown = {world for world, row in worlds.items() if float(row["Holm p"]) < 0.05}
+    assert shown == {world for world in worlds if "jammed" in world}
+    assert f"p {max(float(worlds[world]['Holm p']) for world in shown):.3f} at most" in text(
+        "results/searches/README.md"
+    )
+    for measure, pages in (("fresh", ("searches/README.md", "index.md")), ("best", ("searches/README.md",))):
+        row = next(row for row in rows(measure, "overall") if row["worlds"] == "all")
+        assert row["cells ahead"] == row["cells"] == "8"
+        found = [float(row[name]) for name in ("difference", "BCa 90 low", "BCa 90 high")]
+        for page in pages:
+            said = text(f"results/{page}").replace("BCa 90 %: ", "").replace("permutation ", "")
+            assert "{:.3f} ({:.3f} to {:.3f}; p {}".format(*found, row["permutation p"]) in said
+
+
 def test_what_is_said_of_1000_episodes_is_what_the_contests_say():
     """Worlds in which the informed search's mean is greater, significantly after Holm, and by the paper's rule."""
     with (DOCS / "results" / "searches" / "searches_1000_fresh_comparisons.csv").open(encoding="utf-8") as file:
