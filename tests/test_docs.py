@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from numpy.typing import NDArray
 
 import slcs2_jax
 from slcs2_jax.config.field import described
@@ -55,6 +56,23 @@ def rows_of(archive: tarfile.TarFile, run: str) -> list[dict[str, Any]]:
 def fresh_of(archive: tarfile.TarFile, run: str) -> float:
     [instance] = json.loads(read_in(archive, f"{run}/summary.json"))["instances"]
     return instance["fresh_mean"]
+
+
+SPENDING = "best", "deployments"  # of a row: the search's best so far, and the episodes of its generation
+
+
+def at_equal_episodes(best: NDArray[np.float64], spent: NDArray[np.int64]) -> tuple[float, ...]:
+    """Two algorithms' best so far, pair by pair, where the thriftier of each pair ended: difference, interval, p.
+
+    best, spent: [2, pairs, generations]; spent is cumulative.
+    """
+    equal = spent[:, :, -1].min(axis=0)
+    at = np.array(
+        [[np.searchsorted(*pair, side="right") - 1 for pair in zip(arm, equal, strict=True)] for arm in spent]
+    )
+    found = compare(*np.take_along_axis(best, at[:, :, None], axis=2)[:, :, 0])
+    assert found.bootstrap is not None
+    return found.difference, *found.bootstrap, found.p_wilcoxon
 
 
 @pytest.mark.slow
@@ -267,9 +285,7 @@ def test_what_is_said_of_novelty_search_is_that_of_the_runs():
         pairs = [[fresh_of(archive, f"novelty/{arm}/{run}") for arm in ("slcs2", "ailta")] for run in runs]
         arms = [[rows_of(archive, f"novelty/{arm}/{run}") for run in runs] for arm in ("slcs2", "ailta")]
     assert f"a gain in {sum(mine > its for mine, its in pairs)} of {len(pairs)} instances" in page
-    best, spent = (
-        np.array([[[row[field] for row in rows] for rows in arm] for arm in arms]) for field in ("best", "deployments")
-    )
+    best, spent = (np.array([[[row[field] for row in rows] for rows in arm] for arm in arms]) for field in SPENDING)
     spent = spent.cumsum(axis=2)
     for line in re.findall(r"^\| \d+ \|.*$", page, re.M):
         generation, *cells = (cell.strip() for cell in line.strip("|").split("|"))
@@ -279,13 +295,51 @@ def test_what_is_said_of_novelty_search_is_that_of_the_runs():
         assert [number for cell in (*cells[:3], cells[4]) for number in numbers(cell)] == [round(x, 3) for x in figures]
         assert cells[3] == f"{(mine > its).sum()}, {(mine < its).sum()}"
         assert cells[5] == "{:.0f}, {:.0f}".format(*spent[:, :, int(generation) - 1].mean(axis=1))
-    equal = spent[:, :, -1].min(axis=0)
-    at = np.array(
-        [[np.searchsorted(*pair, side="right") - 1 for pair in zip(arm, equal, strict=True)] for arm in spent]
-    )
-    found = compare(*np.take_along_axis(best, at[:, :, None], axis=2)[:, :, 0])
-    told = (found.difference, *found.bootstrap, found.p_wilcoxon)
-    assert "ahead by {:.3f} ({:.3f} to {:.3f}; p {:.3f})".format(*told) in page
+    assert "ahead by {:.3f} ({:.3f} to {:.3f}; p {:.3f})".format(*at_equal_episodes(best, spent)) in page
+
+
+def test_what_is_said_of_the_papers_size_is_that_of_the_runs():
+    folder = DOCS / "results" / "full"
+    page = (folder / "README.md").read_text(encoding="utf-8")
+    means, contests = {}, {}
+    for experiment in ("contributions", "designed"):
+        with (folder / f"{experiment}_fitness.csv").open(encoding="utf-8") as file:
+            means |= {(row["world"], row["arm"]): row for row in csv.DictReader(file)}
+        with (folder / f"{experiment}_fresh_comparisons.csv").open(encoding="utf-8") as file:
+            contests |= {(row["world"], row["against"]): row for row in csv.DictReader(file)}
+    arms = "SLCS2", "no novelty (AILTA)", "no exchange", "designed"
+    for marked, rows, shown, columns in (
+        ("results", means, arms, ("fresh mean", "best mean")),
+        ("comparisons", contests, arms[1:], ("difference", "BCa 90 low", "BCa 90 high")),
+    ):
+        table = re.search(rf"^<!-- {marked}: .*?-->\n(.*?)^<!-- end", page, re.M | re.S)
+        assert table is not None
+        for line in table[1].splitlines()[2:]:
+            world, *cells = (cell.strip() for cell in line.strip("|").split("|"))
+            for arm, cell in zip(shown, cells, strict=True):
+                said = numbers(cell)
+                assert said == [round(float(rows[world, arm][name]), 3) for name in columns][: len(said)], (world, arm)
+    for arm, ahead in (("no novelty (AILTA)", "31 of them (Wilcoxon p 0.00002)"), ("no exchange", "36 of the forty")):
+        assert f"ahead in {ahead}" in page
+        overall = [float(contests["short overall", arm][name]) for name in ("difference", "BCa 90 low", "BCa 90 high")]
+        assert "{:.3f} ({:.3f} to {:.3f}; ".format(*overall) in text("results/index.md").replace(
+            "there (", "("
+        ).replace("of rule exchange (", "(")
+        assert float(contests["short overall", arm]["Wilcoxon p"]) < 0.000025
+    worlds = {"open": 0, "jammed": 1000, "urban": 2000, "urban_jammed": 3000}
+    runs = [f"{world}_short/seed_{seed + k:03d}" for world, seed in worlds.items() for k in range(10)]
+    with tarfile.open(folder / "runs.tar.bz2") as archive:
+        fresh, rows = (
+            [[read(archive, f"full/{arm}/{run}") for run in runs] for arm in ("slcs2", "ailta", "no_exchange")]
+            for read in (fresh_of, rows_of)
+        )
+    counts = [sum(mine > its for mine, its in zip(fresh[0], other, strict=True)) for other in fresh[1:]]
+    assert counts == [31, 36]
+    best, spent = (np.array([[[row[name] for row in one] for one in arm] for arm in rows[:2]]) for name in SPENDING)
+    told = [round(best[arm, :10, mark - 1].mean(), 3) for arm in (1, 0) for mark in (200, 500)]
+    assert "best is {} after 200 generations and {} after 500, with it {:.3f} and {}".format(*told) in page
+    found = at_equal_episodes(best, spent.cumsum(axis=2))
+    assert "by {:.3f} over the forty pairs ({:.3f} to {:.3f}; p {:.4f})".format(*found) in page
 
 
 def test_what_is_said_of_two_thousand_generations_is_that_of_the_runs():
@@ -298,7 +352,7 @@ def test_what_is_said_of_two_thousand_generations_is_that_of_the_runs():
     )
     with (
         tarfile.open(DOCS / "results" / "paper" / "two_thousand_open_short.tar.xz") as long,
-        tarfile.open(DOCS / "results" / "paper" / "full_size_open_short.tar.xz") as short,
+        tarfile.open(DOCS / "results" / "full" / "runs.tar.bz2") as short,
     ):
         runs = [f"slcs2/open_short/seed_{seed:03d}" for seed in range(8)]
         searches = [rows_of(long, f"two_thousand/{run}") for run in runs]
@@ -375,11 +429,13 @@ def told(path: Path) -> tuple[list[str], list[float]]:
         ("paper", None),  # all that is made
         ("novelty", {"contributions_fresh_comparisons.csv", "contributions_fitness.csv"}),
         ("sensitivity", {"sweep_fresh_robustness.csv", "sweep_fresh_responses.csv"}),
+        ("full", {f"{name}_fresh_comparisons.csv" for name in ("contributions", "designed")} | {"verdicts.md"}),
     ],
 )
 def test_the_report_on_the_runs_that_are_here_has_the_tables_that_are_here(folder, least, tmp_path):
     kept = DOCS / "results" / folder
-    with tarfile.open(kept / "runs.tar.xz") as archive:
+    [runs] = kept.glob("runs.tar.*")
+    with tarfile.open(runs) as archive:
         archive.extractall(tmp_path / "runs", filter="data")
     command = [sys.executable, "-m", "slcs2_jax", "report", f"runs/{folder}", "replays=0"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
