@@ -263,6 +263,15 @@ def test_the_tables_of_the_sensitivity_study_are_those_of_the_runs():
                 row = found[world, against, settings]
                 names = ("difference", "BCa 90 low", "BCa 90 high")
                 assert numbers(cell) == [round(float(row[name]), 3) for name in names], (world, settings)
+    asked = [
+        row for (world, _, settings), row in found.items() if world == "long jammed" and "emission" not in settings
+    ]
+    for against, said in (
+        ("no exchange", "each of the eight points, by {} to {}"),
+        ("designed", "ahead at each, by {} to {}"),
+    ):
+        differences = sorted(abs(float(row["difference"])) for row in asked if row["against"] == against)
+        assert said.format(*(f"{differences[end]:.3f}" for end in (0, -1))) in page
 
 
 def test_what_is_said_of_novelty_search_is_that_of_the_runs():
