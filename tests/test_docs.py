@@ -153,6 +153,12 @@ def test_what_is_said_of_random_search_is_what_the_contests_say():
         with (DOCS / "results" / "searches" / f"control_200_{measure}_{kind}.csv").open(encoding="utf-8") as file:
             return list(csv.DictReader(file))
 
+    [everywhere] = (row for row in rows("fresh", "overall") if row["worlds"] == "all")
+    behind = re.search(
+        r"random search is behind the paper's search .*?, by ([\d.]+);", README.read_text(encoding="utf-8")
+    )
+    assert behind is not None
+    assert behind[1] == f"{float(everywhere['difference']):.3f}"
     worlds = {row["world"]: row for row in rows("fresh", "comparisons") if "overall" not in row["world"]}
     assert all(float(row["difference"]) > 0 for row in worlds.values())
     shown = {world for world, row in worlds.items() if float(row["Holm p"]) < 0.05}
