@@ -13,10 +13,11 @@ from slcs2_jax.grammar.vocabulary import OPERATORS, WORD_BITS
 from slcs2_jax.swarm.state import SwarmParameters
 from slcs2_jax.swarm.view import View, checked
 from slcs2_jax.world.geometry import SLACK
+from slcs2_jax.world.stored import kept
 
 
 def truth(view: View, language: Language) -> jax.Array:
-    """Bit k % 32 of word k // 32 tells whether clause k holds: uint32 [W, n, ...].
+    """Bit k % 32 of word k // 32 tells whether clause k holds: uint32 [W, n, ...]; none for agents that are not able.
 
     Of users' clauses only those are computed that a rule of the batch can state.
     """
@@ -46,7 +47,7 @@ def truth(view: View, language: Language) -> jax.Array:
             true = holds[clause.kind]
         word, bit = divmod(number, WORD_BITS)
         words[word] |= jnp.where(true, np.uint32(1 << bit), np.uint32(0))
-    return jnp.stack(words)
+    return jnp.stack([kept(jnp.where(view.able, word, np.uint32(0))) for word in words])
 
 
 def _compare(

@@ -70,8 +70,7 @@ def look(
 
 def observe(view: View, language: Language) -> Observation:
     """Form each agent's observation."""
-    truth = jnp.where(view.able, clauses.truth(view, language), np.uint32(0))
-    return Observation(kept(stored(truth, view.swarm.speed)), view)
+    return Observation(stored(clauses.truth(view, language), view.swarm.speed), view)
 
 
 class Feature(NamedTuple):

@@ -13,7 +13,7 @@ from slcs2_jax.world.emitters import NOWHERE, Emitters, JammerRoom, jammer_room,
 from slcs2_jax.world.geometry import BLOCK, Lines, Walls
 from slcs2_jax.world.scenario import Scenario
 
-PADDING = (1.0e6, 1.0, -1.0)  # a wall that nothing meets: low > high
+PADDING = (1.0e30, 1.0, -1.0)  # a wall that nothing meets, its squared distance infinite: low > high
 
 
 @jax.tree_util.register_dataclass

@@ -26,7 +26,10 @@ SLACK = 1e-3  # m: what is nearer to a limit than this meets it, so that roundin
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True)
 class Lines:
-    """Parallel walls. ``at``, ``low``, ``high``: float32 [V, ...], m, V a multiple of BLOCK; low > high is padding."""
+    """Parallel walls. ``at``, ``low``, ``high``: float32 [V, ...], m, V a multiple of BLOCK.
+
+    Padding has low > high, and stands so far away that its squared distance is infinite.
+    """
 
     at: jax.Array
     low: jax.Array
@@ -80,7 +83,8 @@ def _crossings(x1: jax.Array, y1: jax.Array, x2: jax.Array, y2: jax.Array, lines
 
     def at_once(lines: Lines) -> jax.Array:
         walls = jax.tree.map(partial(_against, x1), lines)
-        return jnp.sum(crosses(x1, y1, x2, rise, walls.at, walls.low, walls.high), axis=0, dtype=jnp.int32)
+        crossed = crosses(x1, y1, x2, rise, walls.at, walls.low, walls.high)
+        return jnp.sum(crossed, axis=0, dtype=np.min_scalar_type(lines.at.shape[0])).astype(jnp.int32)
 
     return jax.lax.platform_dependent(lines, cpu=in_blocks, default=at_once)
 
@@ -163,7 +167,14 @@ def _squared(x: jax.Array, y: jax.Array, half: jax.Array, at: jax.Array, low: ja
     """Squared distance of places to vertical walls' surfaces, m2; inf for padding."""
     across = jnp.maximum(jnp.abs(x - at) - half, np.float32(0))
     along = jnp.maximum(jnp.maximum(low - y, y - high), np.float32(0))
-    return jnp.where(low <= high, across * across + along * along, jnp.inf)
+    squared = across * across + along * along
+
+    def checked(squared: jax.Array, low: jax.Array, high: jax.Array) -> jax.Array:
+        return jnp.where(low <= high, squared, jnp.inf)
+
+    # Padding is so far away that its squared distance is infinite anyway. To test for it makes GPUs read more; without
+    # the test the CPU's compiler would round the sum in another way, and results would change.
+    return jax.lax.platform_dependent(squared, low, high, cpu=checked, default=lambda squared, *_: squared)
 
 
 def _nearest(

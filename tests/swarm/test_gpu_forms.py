@@ -16,7 +16,7 @@ from slcs2_jax.grammar import load_grammar, random_rules
 from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm import knowledge, packets, selection
 from slcs2_jax.world import geometry
-from slcs2_jax.world.arena import stack, wall_capacity
+from slcs2_jax.world.arena import PADDING, stack, wall_capacity
 from slcs2_jax.world.geometry import Lines, Walls
 from slcs2_jax.world.scenario import make_scenario
 from slcs2_jax.world.stored import kept
@@ -57,7 +57,7 @@ def walls(rng, count, batch):
     def lines():
         at, low = rng.uniform(0, 100, (2, count, batch))
         high = low + rng.uniform(1, 40, (count, batch))
-        high[-1] = low[-1] - 1
+        at[-1], low[-1], high[-1] = PADDING
         return Lines(*(jnp.asarray(a, jnp.float32) for a in (at, low, high)))
 
     return Walls(lines(), lines())
@@ -74,6 +74,8 @@ def test_walls_are_counted_and_found_alike():
     found = same(geometry.blocking_wall, *here, limit, half, town)
     assert jnp.isfinite(found.squared).any()
     assert not jnp.isfinite(found.squared).all()
+    nothing = jax.tree.map(lambda a: jnp.broadcast_to(a[-1:], a.shape), town)  # padding alone
+    assert jnp.isinf(same(geometry.nearest_wall, *here[:2], half, nothing).squared).all()
 
 
 def test_the_least_is_found_alike_with_ties_and_with_nobody_eligible():
