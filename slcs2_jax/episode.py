@@ -144,12 +144,12 @@ def watch(
 
     def one_step(before: Episode, _: None) -> tuple[Episode, Any]:
         episode, moment = step(before, parameters)
-        gain = policy.gain(moment.reward, moment.outcome.intent.acts)
-        return episode, (gain, note(before, episode, moment))
+        kept = policy.keep(episode.memory, moment.reward, moment.outcome.intent.acts)
+        return episode, (kept, note(before, episode, moment))
 
     def one_round(episode: Episode, _: None) -> tuple[Episode, Any]:
-        episode, (gains, notes) = jax.lax.scan(one_step, episode, length=length)
-        memory = policy.settle(episode.memory, gains, parameters.learning)
+        episode, (kept, notes) = jax.lax.scan(one_step, episode, length=length)
+        memory = policy.settle(episode.memory, kept, parameters.learning)
         return dataclasses.replace(episode, memory=memory), notes
 
     def one_period(episode: Episode, _: None) -> tuple[Episode, Any]:

@@ -19,6 +19,7 @@ from slcs2_jax import episode as episodes
 from slcs2_jax.config import Settings, World
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.grammar import load_grammar, random_rules
+from slcs2_jax.policy import bits
 from slcs2_jax.policy.rules import Rules
 from slcs2_jax.swarm import knowledge, links
 from slcs2_jax.swarm.state import State
@@ -149,7 +150,7 @@ def to_batch(case: SimpleNamespace, states: list, times: list[int]) -> Episode:
         fresh.memory,
         quality=jnp.asarray(last("quality").swapaxes(0, 1)),
         error=jnp.asarray(last("error").swapaxes(0, 1)),
-        trace=jnp.asarray(trace),
+        members=bits.pack(jnp.asarray(trace & 1 == 1)),
         reward=jnp.asarray(last("reward")),
     )
     episode = dataclasses.replace(fresh, state=state, memory=memory)
@@ -210,7 +211,7 @@ def compare_steps(case: SimpleNamespace, before: list, after: list, actions: lis
         (state.delivered[None], want.delivered[None]),
         (state.contribution, want.contribution),
         (state.history[0], want.history[0]),
-        (memory.trace & 1, learnt.trace & 1),
+        (memory.members, learnt.members),
         (state.known_time.reshape(-1, count), want.known_time.reshape(-1, count)),
     ]
     np.testing.assert_array_equal(state.t, want.t)

@@ -116,7 +116,12 @@ def test_without_the_plugin_one_line_says_what_is_missing(capsys, monkeypatch):
 )
 @pytest.mark.parametrize(
     ("cell", "batch", "kernels", "kilobytes"),
-    [("open/short", 240, 40, 110), ("urban/short", 240, 55, 140), ("open/short", 4096, 50, 100)],
+    [
+        ("open/short", 240, 40, 90),
+        ("urban/short", 240, 55, 110),
+        ("open/short", 4096, 45, 85),
+        ("urban/short", 4096, 55, 100),
+    ],
 )
 def test_a_chunk_on_a_gpu_is_one_graph_of_few_kernels(cell, batch, kernels, kilobytes, tmp_path):
     path = tmp_path / "figures.json"

@@ -30,7 +30,7 @@ STATE = (
 )  # fmt: skip
 JAMMERS = ("x", "y", "power", "seen_time", "seen_x", "seen_y", "seen_range")
 FAILING = ("down", "lost")
-MEMORY = ("usage", "quality", "error", "strength", "trace", "reward", "recent")
+MEMORY = ("usage", "quality", "error", "strength", "trace", "members", "reward", "recent")
 PROPAGATION = ("gain", "slope", "floor", "wall")
 RADIO = ("noise", "sensitivity", "threshold", "half_power", "network_range")
 SWARM = ("packets", "speed", "clearance", "clear", "lidar_range", "distance_threshold", "tolerance", "half_thickness",

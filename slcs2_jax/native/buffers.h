@@ -17,7 +17,7 @@ enum Kept {
   T, KEY, NODE_X, NODE_Y, POWER, KNOWN_TIME, KNOWN_X, KNOWN_Y, HEARD, JAMMER_RANGE_, HOLDING, HISTORY_, WAITING,
   DELIVERED, CONTRIBUTION, INTERFERENCE, JAMMERS_X, JAMMERS_Y, JAMMERS_POWER, SEEN_TIME, SEEN_X, SEEN_Y, SEEN_RANGE,
   DOWN, LOST, STATE,
-  USAGE = STATE, QUALITY, ERROR, STRENGTH, TRACE, REWARD, RECENT, KEPT,
+  USAGE = STATE, QUALITY, ERROR, STRENGTH, TRACE, MEMBERS, REWARD, RECENT, KEPT,
   KEPT_BY_LIST = USAGE + 1  // all that a decision list keeps
 };
 enum Noted {
@@ -71,6 +71,7 @@ inline size_t kept_bytes(const Sizes& s, int which) {
     case HISTORY_: return s.history_words() * n * lanes;
     case INTERFERENCE: return s.channels * n * lanes;
     case JAMMER_RANGE_: case CONTRIBUTION: case REWARD: return n * lanes;
+    case MEMBERS: return s.set_words() * n * lanes;
     case RECENT: return s.depth * n * lanes;
     default: return s.rules * n * lanes;
   }

@@ -44,6 +44,7 @@ struct Sizes {
   int shown_jammers() const { return jammers > 0 ? jammers : 1; }
   int history_words() const { return (agents + WORD - 1) / WORD; }
   int rule_words() const { return (rules + 63) / 64; }
+  int set_words() const { return (rules + WORD - 1) / WORD; }  // of an action set in XLA's arrays
   int steps() const { return periods * period; }
 };
 

@@ -156,7 +156,8 @@ inline void store_state(const Buffers& buffers, const Rows& rows, Group& g, cons
 }
 
 // Agent i's rules and memory in all episodes that are awake. Bit k of a trace tells whether the rule was in the action set
-// k steps ago; usage counts all of these sets, a classifier's mind has yet to count the last one. minds: [LANES].
+// k steps ago; usage counts all of these sets, a classifier's mind has yet to count the last one. That is in the members,
+// too, in stretches of rules (policy/bits.py). minds: [LANES].
 inline void load_minds(const Buffers& buffers, const Rows& rows, int i, Mind* minds, const bool* awake) {
   const Sizes& s = *minds->sizes;
   const size_t room = Mind::whole_vectors(s);
@@ -196,6 +197,9 @@ inline void store_minds(const Buffers& buffers, const Rows& rows, int i, const M
   const Sizes& s = *minds->sizes;
   const bool learns = s.policy == CLASSIFIER;
   void* const* kept = buffers.kept;
+  const auto members = [&](int word, int lane) -> uint32_t& {
+    return rows.at<uint32_t>(kept[MEMBERS], (size_t)word * s.agents + i, lane);
+  };
   for (int r = 0; r < s.rules; r++)
     for (int lane = 0; lane < rows.count(); lane++) {
       if (!awake[lane]) continue;
@@ -208,13 +212,18 @@ inline void store_minds(const Buffers& buffers, const Rows& rows, int i, const M
       rows.at<float>(kept[STRENGTH], row, lane) = mind.strength[r];
       rows.at<uint32_t>(kept[TRACE], row, lane) = 0;
     }
-  for (int lane = 0; learns && lane < rows.count(); lane++)
+  const int stretch = (s.rules + s.set_words() - 1) / s.set_words();
+  for (int lane = 0; learns && lane < rows.count(); lane++) {
+    for (int w = 0; awake[lane] && w < s.set_words(); w++) members(w, lane) = 0;
     for (int k = 0; awake[lane] && k < HISTORY; k++)
       for_each(minds[lane].set(steps % HISTORY + HISTORY - 1 - k), minds[lane].words, [&](int r) {
         const size_t row = (size_t)r * s.agents + i;
         rows.at<uint32_t>(kept[TRACE], row, lane) |= 1u << k;
-        if (k == 0) rows.at<int32_t>(kept[USAGE], row, lane)++;
+        if (k > 0) return;
+        rows.at<int32_t>(kept[USAGE], row, lane)++;
+        members(r / stretch, lane) |= 1u << (r % stretch);
       });
+  }
 }
 
 inline void load_walls(const Buffers& buffers, const Sizes& s, const Rows& rows, int begin, Walls& walls) {

@@ -11,7 +11,7 @@ import numpy as np
 from slcs2_jax.grammar import RuleSets
 from slcs2_jax.grammar.language import Language
 from slcs2_jax.grammar.vocabulary import NO_ACTION
-from slcs2_jax.policy import grasp, matching, qlearning, strength
+from slcs2_jax.policy import bits, grasp, matching, qlearning, strength
 from slcs2_jax.policy.first_match import first_match
 from slcs2_jax.policy.learning import LearningParameters
 from slcs2_jax.policy.policy import Clock, Figures, Policy
@@ -31,9 +31,10 @@ class Memory:
         error: float32 [R, n, ...], epsilon.
         strength: float32 [R, n, ...], zeta before the division by usage.
         usage: int32 [R, n, ...], tau.
-        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps ago.
+        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps before this round.
+        members: uint32 [W, n, ...], the last action set, as `bits`.
         reward: float32 [n, ...], rho of the last action.
-        recent: float32 [BP_max, n, ...], the last gains, the latest first.
+        recent: float32 [BP_max, n, ...], the gains before this round, the latest first.
     """
 
     quality: jax.Array
@@ -41,6 +42,7 @@ class Memory:
     strength: jax.Array
     usage: jax.Array
     trace: jax.Array
+    members: jax.Array
     reward: jax.Array
     recent: jax.Array
 
@@ -60,7 +62,7 @@ class Classifier(Policy):
     def initial_memory(self, parameters: Rules, agents: jax.Array, learning: LearningParameters) -> Memory:
         """Nothing learnt: all zero, but for quality that the rules bring, or that the settings give to all."""
         xp = parameters.action.__array_namespace__()  # NumPy or JAX
-        per_agent = parameters.action.shape[1:]
+        rules, *per_agent = parameters.action.shape
         zeros = xp.zeros(parameters.action.shape, xp.float32)
         return Memory(
             quality=zeros + learning.initial_quality if parameters.quality is None else parameters.quality,
@@ -68,6 +70,7 @@ class Classifier(Policy):
             strength=zeros,
             usage=xp.zeros(zeros.shape, xp.int32),
             trace=xp.zeros(zeros.shape, xp.uint32),
+            members=xp.zeros((bits.words(rules), *per_agent), xp.uint32),
             reward=xp.zeros(per_agent, xp.float32),
             recent=xp.zeros((learning.bp_max, *per_agent), xp.float32),
         )
@@ -84,24 +87,25 @@ class Classifier(Policy):
         if parameters.reflex is not None:
             _, reflex = first_match(match & parameters.reflex, parameters.action)
             action = jnp.where(reflex == NO_ACTION, action, reflex)
-        members = match & (parameters.action == action.astype(jnp.uint8))
-        trace = (memory.trace << np.uint32(1)) | members.astype(jnp.uint32)
-        return dataclasses.replace(memory, quality=quality, error=error, trace=trace), action
+        members = stored(match & (parameters.action == action.astype(jnp.uint8)), learning.beta_q)
+        return dataclasses.replace(memory, quality=quality, error=error, members=bits.pack(members)), action
 
     def remember(self, memory: Memory, reward: jax.Array) -> Memory:
         """Keep the reward of the action just taken, to learn from when the next step is seen."""
         return dataclasses.replace(memory, reward=reward)
 
-    def gain(self, reward: jax.Array, acts: jax.Array) -> jax.Array:
-        """See `strength.gain`."""
-        return strength.gain(reward, acts)
+    def keep(self, memory: Memory, reward: jax.Array, acts: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """The action set, uint32 [W, n, ...], and the gain, float32 [n, ...], see `strength.gain`."""
+        # Who does not act has an empty set anyway; but a mere copy of it would break up a GPU's graph of a chunk.
+        members = jnp.where(acts, memory.members, np.uint32(0))
+        return members, strength.gain(reward, acts)
 
-    def settle(self, memory: Memory, gains: jax.Array, learning: LearningParameters) -> Memory:
-        """Credit strength and usage after a round: see `strength.settle`; gains float32 [L, n, ...]."""
-        total, usage, recent = strength.settle(
-            memory.strength, memory.usage, memory.trace, memory.recent, gains, learning.trace_decay
+    def settle(self, memory: Memory, kept: tuple[jax.Array, jax.Array], learning: LearningParameters) -> Memory:
+        """Credit strength and usage after a round: see `strength.settle`."""
+        total, usage, trace, recent = strength.settle(
+            memory.strength, memory.usage, memory.trace, memory.recent, *kept, learning.trace_decay
         )
-        return dataclasses.replace(memory, strength=total, usage=usage, recent=recent)
+        return dataclasses.replace(memory, strength=total, usage=usage, trace=trace, recent=recent)
 
     def finish(self, memory: Memory, last_share: jax.Array, learning: LearningParameters) -> Figures:
         """The last action learnt with nothing ahead, strength divided by usage.
@@ -140,6 +144,6 @@ def _lots(rules: Rules, clock: Clock, learning: LearningParameters) -> jax.Array
 def _learn(
     memory: Memory, ahead: jax.Array, share: jax.Array, learning: LearningParameters
 ) -> tuple[jax.Array, jax.Array]:
-    members = (memory.trace & np.uint32(1)) == np.uint32(1)
+    members = bits.unpack(memory.members, memory.quality.shape[0])
     alpha = learning.alpha(share)
     return qlearning.update(memory.quality, memory.error, members, memory.reward, ahead, alpha, learning.beta_q)

@@ -91,12 +91,15 @@ class Policy(abc.ABC):
         """Take the reward of the action just taken, float32 [n, ...]."""
         return memory
 
-    def gain(self, reward: jax.Array, acts: jax.Array) -> Any:
-        """What to keep of a step for `settle`: arrays [n, ...] or None; acts: bool [n, ...], who acted."""
+    def keep(self, memory: Any, reward: jax.Array, acts: jax.Array) -> Any:
+        """What to keep of a step for `settle`: any arrays, or None.
+
+        memory: after `remember`; reward: float32 [n, ...]; acts: bool [n, ...], who acted.
+        """
         return None
 
-    def settle(self, memory: Any, gains: Any, learning: LearningParameters) -> Any:
-        """After a round of L steps; gains: what `gain` returned, stacked, [L, n, ...]."""
+    def settle(self, memory: Any, kept: Any, learning: LearningParameters) -> Any:
+        """After a round of L steps; kept: what `keep` returned, stacked, [L, ...]."""
         return memory
 
     def finish(self, memory: Any, last_share: jax.Array, learning: LearningParameters) -> Figures | None:

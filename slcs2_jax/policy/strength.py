@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from slcs2_jax.policy.bits import unpack
 from slcs2_jax.world.stored import stored
 
 HISTORY_BITS = 32
@@ -27,27 +28,36 @@ def round_length(period: int, bp_max: int) -> int:
 
 
 def settle(
-    strength: jax.Array, usage: jax.Array, trace: jax.Array, recent: jax.Array, gains: jax.Array, decay: jax.Array
-) -> tuple[jax.Array, jax.Array, jax.Array]:
+    strength: jax.Array,
+    usage: jax.Array,
+    trace: jax.Array,
+    recent: jax.Array,
+    sets: jax.Array,
+    gains: jax.Array,
+    decay: jax.Array,
+) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
     """After a round of L steps: credit the sets that became BP_max steps old in it, and count the new ones' members.
 
     Args:
         strength: float32 [R, n, ...].
         usage: int32 [R, n, ...], tau.
-        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps ago.
+        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps before the round.
         recent: float32 [BP_max, n, ...], gains of the steps before the round, the latest first.
+        sets: uint32 [L, W, n, ...], action sets of the round as `bits`, the latest last.
         gains: float32 [L, n, ...], gains of the round, the latest last.
         decay: float32 scalar, lambda.
 
     Returns:
-        strength, usage and recent for the next round.
+        strength, usage, trace and recent for the next round.
     """
     length, depth = gains.shape[0], recent.shape[0]
     latest_first = jnp.concatenate([gains[::-1], recent])
     credit = _credit(latest_first, decay, depth + 1, range(depth, depth + length))
+    for members in sets:
+        trace = (trace << np.uint32(1)) | unpack(members, trace.shape[0]).astype(jnp.uint32)
     strength = _pay(strength, trace, stored(credit, decay), range(depth, depth + length))
     fresh = trace & np.uint32((1 << length) - 1)
-    return strength, usage + jax.lax.population_count(fresh).astype(jnp.int32), latest_first[:depth]
+    return strength, usage + jax.lax.population_count(fresh).astype(jnp.int32), trace, latest_first[:depth]
 
 
 def finish(strength: jax.Array, usage: jax.Array, trace: jax.Array, recent: jax.Array, decay: jax.Array) -> jax.Array:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from slcs2_jax import episode as episodes
 from slcs2_jax.episode import Episode, Parameters
+from slcs2_jax.policy import bits
 from slcs2_jax.swarm import links
 from tests.native.episodes import BATCH, by_native, by_xla, jitted, leaves
 
@@ -144,6 +145,7 @@ def randomly(episode: Episode, choice: dict[str, Any]) -> Episode:
             strength=real(rules, 1.0),
             usage=jnp.asarray(rng.integers(40, 100, rules), jnp.int32),
             trace=jnp.asarray(trace),
+            members=bits.pack(jnp.asarray(trace & 1 == 1)),
             reward=real((n, batch), 1.0),
             recent=real(memory.recent.shape, 1.0),
         ),

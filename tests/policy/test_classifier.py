@@ -41,11 +41,11 @@ def live(rules, truths, rewards, key, parameters, period):
         share = jnp.maximum(t - 1, 0).astype(jnp.float32) / np.float32(LIMIT)
         memory, action = decide(memory, rules, truth, key, t, share, parameters)
         memory = CLASSIFIER.remember(memory, reward)
-        return memory, (action, CLASSIFIER.gain(reward, action != NO_ACTION), memory.quality)
+        return memory, (action, CLASSIFIER.keep(memory, reward, action != NO_ACTION), memory.quality)
 
     def one_round(memory, given):
-        memory, (action, gains, quality) = jax.lax.scan(one_step, memory, given)
-        return CLASSIFIER.settle(memory, gains, parameters), (action, quality)
+        memory, (action, kept, quality) = jax.lax.scan(one_step, memory, given)
+        return CLASSIFIER.settle(memory, kept, parameters), (action, quality)
 
     length = strength.round_length(period, parameters.bp_max)
     given = (jnp.arange(STEPS, dtype=jnp.int32), truths, rewards)

@@ -75,8 +75,8 @@ def test_the_first_rule_that_holds_acts(words):
 def test_nothing_is_learnt():
     rules = Rules(jnp.ones((3, R, N), jnp.uint32), jnp.zeros((R, N), jnp.uint8))
     memory = DESIGNED.initial_memory(rules, jnp.zeros(N), LEARNING)
-    gains = DESIGNED.gain(jnp.ones(N), jnp.ones(N, bool))
-    after = DESIGNED.settle(DESIGNED.remember(memory, jnp.ones(N)), gains, LEARNING)
+    after = DESIGNED.remember(memory, jnp.ones(N))
+    after = DESIGNED.settle(after, DESIGNED.keep(after, jnp.ones(N), jnp.ones(N, bool)), LEARNING)
     figures = DESIGNED.finish(after, jnp.float32(1), LEARNING)
     for name in ("quality", "strength", "error", "usage"):
         assert getattr(figures, name).shape == (R, N)
@@ -161,8 +161,8 @@ class Wrapped(Policy):
     def remember(self, *arguments):
         return self.inner.remember(*arguments)
 
-    def gain(self, *arguments):
-        return self.inner.gain(*arguments)
+    def keep(self, *arguments):
+        return self.inner.keep(*arguments)
 
     def settle(self, *arguments):
         return self.inner.settle(*arguments)

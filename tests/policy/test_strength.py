@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from slcs2_jax.policy import strength
+from slcs2_jax.policy import bits, strength
 
 RULES, AGENTS = 4, 2
 
@@ -41,9 +41,8 @@ def simulate(members, gains, decay, bp_max):
     def one_round(carry, given):
         total, usage, trace, recent = carry
         sets, gained = given
-        for s in sets:
-            trace = (trace << np.uint32(1)) | s.astype(jnp.uint32)
-        total, usage, recent = strength.settle(total, usage, trace, recent, gained, decay)
+        packed = jnp.stack([bits.pack(one) for one in sets])
+        total, usage, trace, recent = strength.settle(total, usage, trace, recent, packed, gained, decay)
         return (total, usage, trace, recent), None
 
     shape = members.shape[2:]

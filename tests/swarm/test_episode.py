@@ -85,11 +85,12 @@ def live(episode, parameters, periods):
 
     def one_step(episode, _):
         episode, moment = episodes.step(episode, parameters)
-        return episode, (record(episode, moment), policy.gain(moment.reward, moment.outcome.intent.acts))
+        kept = policy.keep(episode.memory, moment.reward, moment.outcome.intent.acts)
+        return episode, (record(episode, moment), kept)
 
     def one_period(episode, _):
-        episode, (seen, gains) = jax.lax.scan(one_step, episode, length=parameters.sharing_period)
-        memory = policy.settle(episode.memory, gains, parameters.learning)
+        episode, (seen, kept) = jax.lax.scan(one_step, episode, length=parameters.sharing_period)
+        memory = policy.settle(episode.memory, kept, parameters.learning)
         return dataclasses.replace(episode, memory=memory, state=knowledge.share(episode.state)), seen
 
     last, seen = jax.lax.scan(one_period, episode, length=periods)
