@@ -28,6 +28,7 @@ slcs2 repeat FOLDER [into=DIR]: make the finished run in FOLDER again, and say f
 Settings, grammar, knowledge, batch width and seeds are those that FOLDER records.
   into=DIR              keep the repeated run there; without it, it is thrown away
   compute.devices=N     how many devices are used now; their number changes no bit
+What an archive has not kept, files or columns of generations.jsonl, is no difference.
 Exit code: 0 every file of the results that is there is the same, 3 one differs, 2 bad input, 130 or 143 interrupted.
 """
 OPTIONS = ("into", "compute.devices", "compute.cache")
@@ -99,7 +100,7 @@ def _compare(one: Path, other: Path) -> int:
     differing = 0
     for name in sorted(before):
         words = _difference(name, before[name], now[name]) if name in now else "not in the repeated run"
-        differing += words != "same"
+        differing += not words.startswith("same")
         print(f"{terminal(name):40} {words}")
     if further := len(now.keys() - before.keys()):  # archives keep few solutions
         print(f"{further} further files are only in the repeated run")
@@ -132,7 +133,27 @@ def _read(file: Path, most: int, folder: Path) -> bytes:
 def _difference(name: str, before: Path, now: Path) -> str:
     new = now.read_bytes()  # we have written it
     old = _read(before, len(new) + 1, before.parents[name.count("/")])
-    return "same" if old == new else "DIFFERS" + _where(name, old, new)
+    gone: list[str] = []
+    if name.endswith(".jsonl"):
+        new, gone = _as_kept(old, new)
+    left_out = f", but for {', '.join(gone)}, which is not there" if gone else ""
+    return f"same{left_out}" if old == new else "DIFFERS" + _where(name, old, new)
+
+
+def _as_kept(before: bytes, now: bytes) -> tuple[bytes, list[str]]:
+    """The rows now without the columns that the first row before has not; and which these are."""
+    from slcs2_jax.results.rows import parse_row, row_line
+
+    try:
+        kept = parse_row(before.partition(b"\n")[0])
+    except InputError:  # a damaged row: it differs
+        return now, []
+    rows = [parse_row(line) for line in now.splitlines()]
+    gone = [column for column in rows[0] if column not in kept]
+    if not gone:
+        return now, []
+    thin = ({column: value for column, value in row.items() if column not in gone} for row in rows)
+    return b"".join(map(row_line, thin)), gone
 
 
 def _where(name: str, before: bytes, now: bytes) -> str:

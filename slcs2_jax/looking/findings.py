@@ -64,7 +64,8 @@ def findings(solution: SavedSolution, run: FinishedRun | None = None, instance: 
     for (text, _), count in own.items():
         acting[text] += count  # type: ignore[assignment]
     row = _row(solution, run, instance)
-    contribution = np.array(row["contribution"] if row else solution.contribution, np.float64)
+    held = (row or {}).get("contribution", solution.contribution)  # archives may have left it out of the rows
+    contribution = np.array(held, np.float64)
     delivered = None if row is None else float(row["delivered"])
     moved = contribution.sum()
     return Findings(

@@ -9,6 +9,7 @@ import pytest
 from slcs2_jax import cli
 from slcs2_jax.config import Rules
 from slcs2_jax.grammar import load_grammar
+from slcs2_jax.results.rows import parse_row, row_line
 from slcs2_jax.results.run_config import RunConfig, read_config, write_config
 from slcs2_jax.running import driver
 
@@ -44,6 +45,24 @@ def test_files_that_were_not_kept_are_no_difference(finished, tmp_path, capfd):
         file.unlink()
     assert cli.main(["repeat", str(copy)]) == 0
     assert f"\n{len(gone)} further files are only in the repeated run\nit came to the same\n" in capfd.readouterr().out
+
+
+def test_columns_that_were_not_kept_are_no_difference_others_are(finished, tmp_path, capfd):
+    copy = tmp_path / "copy"
+    shutil.copytree(finished, copy)
+    rows = [parse_row(line) for line in (copy / "generations.jsonl").read_bytes().splitlines()]
+    for row in rows:
+        del row["contribution"]
+    (copy / "generations.jsonl").write_bytes(b"".join(map(row_line, rows)))
+    assert cli.main(["repeat", str(copy)]) == 0
+    assert (
+        "generations.jsonl                        same, but for contribution, which is not there\n"
+        in capfd.readouterr().out
+    )
+    rows[2]["copied"] += 1
+    (copy / "generations.jsonl").write_bytes(b"".join(map(row_line, rows)))
+    assert cli.main(["repeat", str(copy)]) == 3
+    assert "generations.jsonl                        DIFFERS, first in line 3\n" in capfd.readouterr().out
 
 
 def test_a_grammar_that_is_gone_is_no_hindrance(tiny_run, tmp_path, capfd):

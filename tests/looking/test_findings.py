@@ -84,6 +84,8 @@ def test_packets_travel_as_the_row_says(run):
     shares = np.array(row["contribution"]) / sum(row["contribution"])
     assert found.carrying == pytest.approx(1 / (shares**2).sum())
     assert findings(best).carriers is None  # without its row
+    thin = [{name: value for name, value in row.items() if name != "contribution"} for row in run.rows]
+    assert findings(best, dataclasses.replace(run, rows=thin), 0).carriers == pytest.approx(found.carriers)
 
 
 def told(reflexes: dict[str, float], acting: dict[str, float]) -> Findings:
