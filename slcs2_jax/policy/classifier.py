@@ -31,10 +31,10 @@ class Memory:
         error: float32 [R, n, ...], epsilon.
         strength: float32 [R, n, ...], zeta before the division by usage.
         usage: int32 [R, n, ...], tau.
-        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps before this round.
+        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps ago, as of the last round.
         members: uint32 [W, n, ...], the last action set, as `bits`.
         reward: float32 [n, ...], rho of the last action.
-        recent: float32 [BP_max, n, ...], the gains before this round, the latest first.
+        recent: float32 [BP_max, n, ...], the last gains, as of the last round, the latest first.
     """
 
     quality: jax.Array

@@ -41,7 +41,7 @@ def settle(
     Args:
         strength: float32 [R, n, ...].
         usage: int32 [R, n, ...], tau.
-        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps before the round.
+        trace: uint32 [R, n, ...], bit k tells whether the rule was in the action set k steps ago, before the round.
         recent: float32 [BP_max, n, ...], gains of the steps before the round, the latest first.
         sets: uint32 [L, W, n, ...], action sets of the round as `bits`, the latest last.
         gains: float32 [L, n, ...], gains of the round, the latest last.

@@ -10,9 +10,9 @@ import jax
 import numpy as np
 
 from slcs2_jax.episode import Episode, Parameters
-from slcs2_jax.native.arrays import Sizes, given_arrays, kept_arrays, notes_shapes, with_kept
+from slcs2_jax.native.arrays import MOST_KEPT, Sizes, given_arrays, kept_arrays, notes_shapes, with_kept
 
-GIVEN, KEPT, NOTED = 29, 16 + 9 + 7, 18
+GIVEN, KEPT, NOTED = 29, MOST_KEPT, 18
 
 
 class Plain:
