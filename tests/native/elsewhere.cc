@@ -23,7 +23,7 @@ int main() {
   const int kept = kept_buffers(sizes);
   for (int k = 0; k < kept; k++)
     arrays.push_back(take(kept_bytes(sizes, k))), buffers.kept[k] = arrays.back().data();
-  slcs2_advance(&sizes, &buffers);
+  slcs2_advance(&sizes, &buffers, 1);
   for (int k = 0; k < kept; k++) fwrite(buffers.kept[k], 1, kept_bytes(sizes, k), stdout);
   return 0;
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import shutil
+import subprocess
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from slcs2_jax.episode import Episode, Parameters
 from slcs2_jax.native import build
 from slcs2_jax.policy.first_match import FirstMatch
+from tests.native import elsewhere
 from tests.native.episodes import ENVIRONMENTS, make
 from tests.native.plain import Plain, joined, some
 
@@ -123,3 +125,14 @@ def test_figures_at_the_end_are_the_same_bytes() -> None:
     episode, parameters = make("open", "main", time_limit=95)
     over = joined(usual().advance(episode, parameters, 12), episode)
     assert_same(library(*usable("scalar")).finish(over, parameters), usual().finish(over, parameters))
+
+
+@pytest.mark.slow
+def test_the_program_for_emulated_processors_comes_to_the_same_on_this_one(tmp_path, monkeypatch) -> None:
+    """What `scripts/emulate` runs elsewhere."""
+    monkeypatch.setattr(elsewhere, "CASES", elsewhere.CASES[1:3])
+    source, program = Path(elsewhere.__file__).with_suffix(".cc"), tmp_path / "program"
+    flags = ["-std=c++17", "-O1", "-fno-math-errno", "-ffp-contract=off", "-Wno-psabi", "-DSLCS2_WITHOUT_XLA"]
+    headers = Path(build.__file__).parent
+    subprocess.run(["g++", *flags, "-I", headers, source, "-o", program], check=True)
+    assert elsewhere.main(str(compiled(*USUAL)), str(program)) == 0
