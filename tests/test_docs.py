@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import yaml
 from numpy.typing import NDArray
+from scipy.stats import spearmanr
 
 import slcs2_jax
 from slcs2_jax.config.field import described
@@ -278,6 +279,40 @@ def test_the_tables_of_the_sensitivity_study_are_those_of_the_runs():
     ):
         differences = sorted(abs(float(row["difference"])) for row in asked if row["against"] == against)
         assert said.format(*(f"{differences[end]:.3f}" for end in (0, -1))) in page
+
+
+def test_what_is_said_of_the_joint_search_is_that_of_its_points():
+    folder = DOCS / "results" / "calibration"
+    page = (folder / "README.md").read_text(encoding="utf-8")
+    points, again = (
+        {row["settings"]: row for row in csv.DictReader((folder / "joint" / name).read_text("utf-8").splitlines())}
+        for name in ("points.csv", "again.csv")
+    )
+    here, elsewhere = ({name: float(row["misfit"]) for name, row in table.items()} for table in (points, again))
+    table = re.search(r"^<!-- joint: .*?-->\n(.*?)^<!-- end of joint", page, re.M | re.S)
+    assert table is not None
+    shown = [numbers(cell)[0] for line in table[1].splitlines()[2:] for cell in line.strip("|").split("|")[-2:]]
+    order = sorted(elsewhere, key=elsewhere.__getitem__)
+    assert shown == [round(value[name], 3) for name in order for value in (here, elsewhere)]
+    assert order[0] == "defaults"
+    joint = [name for name, row in points.items() if row["tried"] == "joint"]
+    better = sorted(here[name] for name in joint if here[name] < here["defaults"])
+    assert (len(joint), len(better)) == (64, 5)
+    median = np.median([here[name] for name in joint])
+    assert f"({better[0]:.3f} to {better[-1]:.3f}; defaults {here['defaults']:.3f}, median {median:.3f})" in page
+    behind = [elsewhere[name] - elsewhere["defaults"] for name in order[1:]]
+    assert f"by {behind[0]:.3f} to {behind[-1]:.3f}." in page
+    agreed = spearmanr([here[name] for name in order], [elsewhere[name] for name in order])
+    assert "(rank correlation {:.2f}, p {:.2f})".format(*agreed) in page
+    said = re.search(r"packets \(rank correlation (.*?)\).*wall \((.*?)\).*strip \((.*?)\).*agents \((.*?)\); "
+                     r"path-loss exponent \((.*?)\) and speed \((.*?)\)", page)  # fmt: skip
+    assert said is not None
+    values = [dict(pair.split("=") for pair in name.split(", ")) for name in joint]
+    names = ("swarm.packets", "radio.wall_loss_db", "world.strip_half_width", "swarm.agents",
+             "radio.path_loss_exponent", "swarm.speed")  # fmt: skip
+    for figure, name in zip(said.groups(), names, strict=True):
+        found = spearmanr([float(one[name]) for one in values], [here[one] for one in joint])
+        assert numbers(figure) == [round(found.statistic, 2)], name
 
 
 def test_what_is_said_of_novelty_search_is_that_of_the_runs():
