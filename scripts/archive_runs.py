@@ -74,7 +74,7 @@ def main() -> None:
     parser.add_argument("root", type=Path, help="folder of an experiment, or any with runs below it")
     parser.add_argument("out", type=Path, help="file to make, .tar.bz2; replaced if it is there")
     parser.add_argument("--winners", nargs="*", metavar="ARM", help="of these arms alone; of all, if it is left out")
-    parser.add_argument("--without", nargs="*", default=[], metavar="COLUMN", help="leave these out of the rows")
+    parser.add_argument("--without", nargs="*", default=[], choices=["contribution"], help="leave it out of the rows")
     arguments = parser.parse_args()
     if not arguments.root.is_dir():
         raise InputError(f"root={arguments.root}: no such folder; accepted is one with runs of slcs2")
