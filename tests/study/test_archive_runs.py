@@ -71,7 +71,6 @@ def test_archived_runs_come_to_the_same_again_or_are_named(tmp_path):
     assert made.returncode == 0, made.stderr
     with tarfile.open(tmp_path / "thin.tar.bz2") as archive:
         assert all(b"contribution" not in row for row in archive.extractfile("runs/seed_0/generations.jsonl"))
-    assert (tmp_path / "thin.tar.bz2").stat().st_size < (tmp_path / "runs.tar.bz2").stat().st_size
     done = script("repeat_runs.py", tmp_path / "thin.tar.bz2")
     assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "2 of 2 came to the same bytes"), done.stderr
     rows = tmp_path / "runs" / "seed_1" / "generations.jsonl"
