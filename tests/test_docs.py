@@ -278,13 +278,13 @@ def test_the_tables_of_the_sensitivity_study_are_those_of_the_runs():
         for against in ("no exchange", "no novelty (AILTA)", "designed")
     }
     exchange, novelty, designed = by.values()
-    assert {len(some) for some in by.values()} == {14}
-    assert f"each of the fourteen points**, by {exchange[0]:.3f} to {exchange[-1]:.3f}:" in page
-    assert f"ahead at thirteen**, by {-designed[-2]:.3f} to {-designed[0]:.3f}." in page
+    assert {len(some) for some in by.values()} == {15}
+    assert f"each of the fifteen points**, by {exchange[0]:.3f} to {exchange[-1]:.3f}:" in page
+    assert f"ahead at fourteen**, by {-designed[-2]:.3f} to {-designed[0]:.3f}." in page
     assert f"in the mean it is behind by {designed[-1]:.3f}" in page
-    told = f"{novelty[0]:.3f} to {novelty[-1]:.3f}, above zero at twelve".replace("-", "−")
-    assert f"small and uncertain**: {told} of the fourteen" in page
-    assert sum(one > 0 for one in novelty) == 12
+    told = f"{novelty[0]:.3f} to {novelty[-1]:.3f}, above zero at thirteen".replace("-", "−")
+    assert f"small and uncertain**: {told} of the fifteen" in page
+    assert sum(one > 0 for one in novelty) == 13
     with tarfile.open(folder / "runs.tar.bz2") as archive:
         place = "sensitivity/exponent_26/{}/jammed_long/seed_{}"
         evolved = [fresh_of(archive, place.format("slcs2", seed)) for seed in range(5000, 5005)]
